@@ -1,0 +1,117 @@
+# `make demo` and `make test` each do all the set-up that they need; `make help` lists the rest.
+#
+# The set-up is three steps, each with a stamp file that is written last, so that one that was
+# interrupted is done again and one that is finished costs nothing:
+#   venv      .venv with what requirements.lock pins; made anew when a lock, the Python or the
+#             place of the checkout has changed
+#   messages  flexsim_msgs, generated and built from msgs_schema/ and installed into the venv
+#   project   this checkout, editable
+
+PYTHON ?= python3
+MAKEFLAGS += --no-builtin-rules
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+# A sourced ROS, or a Python of another venv that started us, must not leak in: the venv is whole.
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH
+unexport PYTHONHOME PYTHONPATH
+
+VENV := .venv
+VENV_STAMP := $(VENV)/stamps/venv
+MESSAGES_STAMP := $(VENV)/stamps/messages
+PROJECT_STAMP := $(VENV)/stamps/project
+TEST_STAMP := $(VENV)/stamps/test
+
+PIP_INSTALL := $(VENV)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps
+
+# The venv knows where it is and, if the caller names a Python, is checked against it.
+ifneq ($(origin PYTHON),file)
+python_changed = ! "$(PYTHON)" -c 'import sys; print(*sys.version_info[:3])' | cmp -s - $(VENV)/stamps/python
+else
+python_changed = false
+endif
+stale := $(shell [ -e $(VENV_STAMP) ] && { [ "$$(cat $(VENV)/stamps/place)" != "$$(pwd -P)" ] || $(python_changed); } && echo stale)
+
+.PHONY: help demo test lint setup lock clean stale
+
+help:  ## this list
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
+
+demo: setup  ## the main job: a robot, a controller, a bag, pictures
+	$(VENV)/bin/flexsim demo
+
+test: setup $(TEST_STAMP)  ## the tests
+	$(VENV)/bin/python -m pytest
+
+lint: setup $(TEST_STAMP)  ## ruff and mypy
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/mypy
+
+setup: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP)  ## only the set-up, without tests' tools
+
+lock:  ## pin anew what pyproject.toml asks for
+	rm -rf build/lock && $(PYTHON) -m venv build/lock && build/lock/bin/pip install --quiet uv
+	build/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+	    --fork-strategy fewest --no-annotate --no-header --upgrade \
+	    --extra messages pyproject.toml --output-file build/lock/requirements.lock
+	build/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+	    --fork-strategy fewest --no-annotate --no-header --constraints build/lock/requirements.lock \
+	    --extra messages --extra test pyproject.toml --output-file build/lock/all.lock
+	grep -vxFf build/lock/requirements.lock build/lock/all.lock > requirements-test.lock
+	cp build/lock/requirements.lock requirements.lock
+	# Only this platform is locked for (pyproject.toml, tool.uv), so its markers say nothing.
+	sed -i "s/ and sys_platform == 'linux'//; s/ ; platform_machine == 'x86_64'\( .$$\)/\1/; \
+	    s/ and platform_machine == 'x86_64'//; s/platform_machine == 'x86_64' and //" requirements.lock requirements-test.lock
+
+clean:  ## remove what make has made
+	rm -rf $(VENV) build .pytest_cache .mypy_cache .ruff_cache flexsim.egg-info
+
+$(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
+	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null \
+	    || { echo "flexsim needs Python 3.10 to 3.13; $(PYTHON) is $$("$(PYTHON)" --version 2>&1 | tail -1). Say which: make PYTHON=python3.12 ..." >&2; exit 1; }
+	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null \
+	    || { echo "$(PYTHON) has no venv module: install it (Debian and Ubuntu: apt install python3-venv)" >&2; exit 1; }
+	@for compiler in "$${CC:-cc}" "$${CXX:-c++}"; do command -v "$$compiler" >/dev/null \
+	    || { echo "flexsim needs a C and C++ compiler, $$compiler is not there (Debian and Ubuntu: apt install build-essential)" >&2; exit 1; }; done
+	@"$(PYTHON)" -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
+	    || { echo "$(PYTHON) has no headers: install them (Debian and Ubuntu: apt install python3-dev)" >&2; exit 1; }
+	@echo "set-up 1/3: packages into $(VENV) (a few minutes the first time)"
+	rm -rf $(VENV)
+	"$(PYTHON)" -m venv $(VENV)
+	mkdir $(VENV)/stamps
+	# The pinned setuptools first: it builds what comes as source, so nothing unpinned takes part.
+	sed -n '/^setuptools==/,/[^\\]$$/p' requirements.lock > $(VENV)/stamps/setuptools.lock
+	$(PIP_INSTALL) -r $(VENV)/stamps/setuptools.lock
+	$(PIP_INSTALL) --no-build-isolation --use-pep517 -r requirements.lock
+	# The message wheels export include folders of the machine that built them; CMake refuses them.
+	sed -i 's#"/opt/python/[^"]*"#""#' $(VENV)/share/*/cmake/*__rosidl_generator_pyExport.cmake
+	pwd -P > $(VENV)/stamps/place
+	$(VENV)/bin/python -c 'import sys; print(*sys.version_info[:3])' > $(VENV)/stamps/python
+	touch $@
+
+$(MESSAGES_STAMP): $(VENV_STAMP) $(shell find msgs_schema -type f)
+	@echo "set-up 2/3: flexsim_msgs"
+	rm -rf build/flexsim_msgs $(VENV)/lib/libflexsim_msgs__* $(VENV)/share/flexsim_msgs \
+	    $(VENV)/include/flexsim_msgs $(VENV)/lib/python3.*/site-packages/flexsim_msgs*
+	# Every Python of the venv finds the venv's ROS packages, as it would after sourcing a set-up file.
+	echo "import os, sys; p = os.environ.get('AMENT_PREFIX_PATH', ''); os.environ['AMENT_PREFIX_PATH'] = p if sys.prefix in p.split(':') else sys.prefix + ':' * bool(p) + p" \
+	    > "$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ament_prefix_path.pth"
+	mkdir -p build
+	$(VENV)/bin/cmake -S msgs_schema -B build/flexsim_msgs -DCMAKE_BUILD_TYPE=Release \
+	    -DCMAKE_INSTALL_PREFIX="$$PWD/$(VENV)" -DCMAKE_PREFIX_PATH="$$PWD/$(VENV)" \
+	    -DPython3_EXECUTABLE="$$PWD/$(VENV)/bin/python" -DPython3_FIND_VIRTUALENV=ONLY \
+	    -DBUILD_TESTING=OFF > build/flexsim_msgs.log 2>&1 \
+	    && $(VENV)/bin/cmake --build build/flexsim_msgs --parallel 2 >> build/flexsim_msgs.log 2>&1 \
+	    && $(VENV)/bin/cmake --install build/flexsim_msgs >> build/flexsim_msgs.log 2>&1 \
+	    || { tail -30 build/flexsim_msgs.log; echo "flexsim_msgs did not build: build/flexsim_msgs.log" >&2; exit 1; }
+	touch $@
+
+$(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml
+	@echo "set-up 3/3: flexsim, editable"
+	$(PIP_INSTALL) --no-build-isolation --editable .
+	touch $@
+
+$(TEST_STAMP): $(VENV_STAMP) requirements-test.lock
+	@echo "set-up: the tests' tools"
+	$(PIP_INSTALL) --no-build-isolation --use-pep517 --ignore-installed -r requirements-test.lock
+	touch $@
