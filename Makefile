@@ -33,6 +33,8 @@ endif
 stale := $(shell [ -e $(VENV_STAMP) ] && { [ "$$(cat $(VENV)/stamps/place)" != "$$(pwd -P)" ] || $(python_changed); } && echo stale)
 
 .PHONY: help demo test lint setup lock clean stale
+.NOTPARALLEL:
+.SILENT: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(TEST_STAMP)
 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -50,32 +52,32 @@ lint: setup $(TEST_STAMP)  ## ruff and mypy
 setup: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP)  ## only the set-up, without tests' tools
 
 lock:  ## pin anew what pyproject.toml asks for
-	rm -rf build/lock && $(PYTHON) -m venv build/lock && build/lock/bin/pip install --quiet uv
-	build/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+	rm -rf .venv-lock && $(PYTHON) -m venv .venv-lock && .venv-lock/bin/pip install --quiet uv
+	.venv-lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
 	    --fork-strategy fewest --no-annotate --no-header --upgrade \
-	    --extra messages pyproject.toml --output-file build/lock/requirements.lock
-	build/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
-	    --fork-strategy fewest --no-annotate --no-header --constraints build/lock/requirements.lock \
-	    --extra messages --extra test pyproject.toml --output-file build/lock/all.lock
-	grep -vxFf build/lock/requirements.lock build/lock/all.lock > requirements-test.lock
-	cp build/lock/requirements.lock requirements.lock
+	    --extra messages pyproject.toml --output-file .venv-lock/requirements.lock
+	.venv-lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+	    --fork-strategy fewest --no-annotate --no-header --constraints .venv-lock/requirements.lock \
+	    --extra messages --extra test pyproject.toml --output-file .venv-lock/all.lock
+	grep -vxFf .venv-lock/requirements.lock .venv-lock/all.lock > requirements-test.lock
+	cp .venv-lock/requirements.lock requirements.lock
 	# Only this platform is locked for (pyproject.toml, tool.uv), so its markers say nothing.
 	sed -i "s/ and sys_platform == 'linux'//; s/ ; platform_machine == 'x86_64'\( .$$\)/\1/; \
 	    s/ and platform_machine == 'x86_64'//; s/platform_machine == 'x86_64' and //" requirements.lock requirements-test.lock
 
 clean:  ## remove what make has made
-	rm -rf $(VENV) build .pytest_cache .mypy_cache .ruff_cache flexsim.egg-info
+	rm -rf $(VENV) .venv-lock .pytest_cache .mypy_cache .ruff_cache flexsim.egg-info
 
 $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
-	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null \
+	"$(PYTHON)" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null \
 	    || { echo "flexsim needs Python 3.10 to 3.13; $(PYTHON) is $$("$(PYTHON)" --version 2>&1 | tail -1). Say which: make PYTHON=python3.12 ..." >&2; exit 1; }
-	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null \
+	"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null \
 	    || { echo "$(PYTHON) has no venv module: install it (Debian and Ubuntu: apt install python3-venv)" >&2; exit 1; }
-	@for compiler in "$${CC:-cc}" "$${CXX:-c++}"; do command -v "$$compiler" >/dev/null \
+	for compiler in "$${CC:-cc}" "$${CXX:-c++}"; do command -v "$$compiler" >/dev/null \
 	    || { echo "flexsim needs a C and C++ compiler, $$compiler is not there (Debian and Ubuntu: apt install build-essential)" >&2; exit 1; }; done
-	@"$(PYTHON)" -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
+	"$(PYTHON)" -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	    || { echo "$(PYTHON) has no headers: install them (Debian and Ubuntu: apt install python3-dev)" >&2; exit 1; }
-	@echo "set-up 1/3: packages into $(VENV) (a few minutes the first time)"
+	echo "set-up 1/3: packages into $(VENV) (a few minutes the first time)"
 	rm -rf $(VENV)
 	"$(PYTHON)" -m venv $(VENV)
 	mkdir $(VENV)/stamps
@@ -90,28 +92,31 @@ $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
 	touch $@
 
 $(MESSAGES_STAMP): $(VENV_STAMP) $(shell find msgs_schema -type f)
-	@echo "set-up 2/3: flexsim_msgs"
-	rm -rf build/flexsim_msgs $(VENV)/lib/libflexsim_msgs__* $(VENV)/share/flexsim_msgs \
+	echo "set-up 2/3: flexsim_msgs"
+	rm -rf $(VENV)/build $(VENV)/lib/libflexsim_msgs__* $(VENV)/share/flexsim_msgs \
 	    $(VENV)/include/flexsim_msgs $(VENV)/lib/python3.*/site-packages/flexsim_msgs*
-	# Every Python of the venv finds the venv's ROS packages, as it would after sourcing a set-up file.
-	echo "import os, sys; p = os.environ.get('AMENT_PREFIX_PATH', ''); os.environ['AMENT_PREFIX_PATH'] = p if sys.prefix in p.split(':') else sys.prefix + ':' * bool(p) + p" \
+	# Every Python of the venv finds the venv's ROS packages, as after sourcing a ROS set-up file. And
+	# the wheels' own start-up file, which runs after this one, is asked again where another venv's
+	# Python started us, because that one's library path is not ours.
+	printf '%s\n' \
+	    "import os, sys; p = os.environ.get('AMENT_PREFIX_PATH', ''); os.environ['AMENT_PREFIX_PATH'] = p if sys.prefix in p.split(':') else sys.prefix + ':' * bool(p) + p" \
+	    "import os, sys; sys.prefix + '/lib' in os.environ.get('LD_LIBRARY_PATH', '').split(':') or os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)" \
 	    > "$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ament_prefix_path.pth"
-	mkdir -p build
-	$(VENV)/bin/cmake -S msgs_schema -B build/flexsim_msgs -DCMAKE_BUILD_TYPE=Release \
+	$(VENV)/bin/cmake -S msgs_schema -B $(VENV)/build -DCMAKE_BUILD_TYPE=Release \
 	    -DCMAKE_INSTALL_PREFIX="$$PWD/$(VENV)" -DCMAKE_PREFIX_PATH="$$PWD/$(VENV)" \
 	    -DPython3_EXECUTABLE="$$PWD/$(VENV)/bin/python" -DPython3_FIND_VIRTUALENV=ONLY \
-	    -DBUILD_TESTING=OFF > build/flexsim_msgs.log 2>&1 \
-	    && $(VENV)/bin/cmake --build build/flexsim_msgs --parallel 2 >> build/flexsim_msgs.log 2>&1 \
-	    && $(VENV)/bin/cmake --install build/flexsim_msgs >> build/flexsim_msgs.log 2>&1 \
-	    || { tail -30 build/flexsim_msgs.log; echo "flexsim_msgs did not build: build/flexsim_msgs.log" >&2; exit 1; }
+	    -DBUILD_TESTING=OFF > $(VENV)/build.log 2>&1 \
+	    && $(VENV)/bin/cmake --build $(VENV)/build --parallel 2 >> $(VENV)/build.log 2>&1 \
+	    && $(VENV)/bin/cmake --install $(VENV)/build >> $(VENV)/build.log 2>&1 \
+	    || { tail -30 $(VENV)/build.log; echo "flexsim_msgs did not build: $(VENV)/build.log" >&2; exit 1; }
 	touch $@
 
 $(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml
-	@echo "set-up 3/3: flexsim, editable"
+	echo "set-up 3/3: flexsim, editable"
 	$(PIP_INSTALL) --no-build-isolation --editable .
 	touch $@
 
 $(TEST_STAMP): $(VENV_STAMP) requirements-test.lock
-	@echo "set-up: the tests' tools"
+	echo "set-up: the tests' tools"
 	$(PIP_INSTALL) --no-build-isolation --use-pep517 --ignore-installed -r requirements-test.lock
 	touch $@
