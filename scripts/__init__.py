@@ -1,0 +1,1 @@
+"""The `flexsim` command: one file a verb, and the folders its verbs share."""

@@ -1,0 +1,1 @@
+"""What rerun shows: one file a kind of thing shown."""

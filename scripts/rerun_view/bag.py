@@ -1,0 +1,140 @@
+"""Turns a bag into a rerun recording: whatever kinds of model it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from ..bag import Bag, BagError
+from . import robot
+from .joints import QUANTITIES, JointPlots
+from .tube import Skeleton
+
+STATE = "flexsim_msgs/msg/ElasticState"
+LAYOUT = "flexsim_msgs/msg/ElasticLayout"
+JOINTS = "sensor_msgs/msg/JointState"
+# More rows than a screen has pixels only cost time: long bags are thinned to these.
+MOST_FRAMES = 30_000
+MOST_PLOTTED = 500_000
+
+
+@dataclass
+class Shown:
+    """How many rows of each entity were logged."""
+
+    rows: dict[str, int]
+
+
+def of_type(bag: Bag, type_name: str) -> str | None:
+    """Return the first topic of a type that has messages, or None."""
+    return next((t.name for t in bag.topics.values() if t.type == type_name and t.count), None)
+
+
+def thinning(bag: Bag, topic: str, most: int, rate: float = np.inf) -> float:
+    """Return the period in s that keeps a topic under `most` messages and under `rate`."""
+    count = bag.topic(topic).count
+    needed = bag.duration / most if count > most else 0.0
+    wanted = 1.0 / rate if count > rate * bag.duration else 0.0
+    return max(needed, wanted)
+
+
+def skeleton(bag: Bag, topic: str) -> Skeleton:
+    """Read the robot's layout."""
+    fields = ["node_names", "segments", "segment_width", "segment_depth"]
+    _, layout = bag.columns(topic, fields)
+    width, depth = layout["segment_width"][-1], layout["segment_depth"][-1]
+    return Skeleton(
+        node_names=tuple(layout["node_names"][-1]),
+        segments=tuple((int(a), int(b)) for a, b in layout["segments"][-1].reshape(-1, 2)),
+        radius=np.sqrt(width * depth / np.pi),
+    )
+
+
+def show(bag: Bag, recording: rr.RecordingStream, *, scale: float, rate: float) -> Shown:
+    """Log all of a bag that has a view.
+
+    Parameters
+    ----------
+    bag : Bag
+    recording : rerun.RecordingStream
+    scale : float
+        Factor on elastic displacements.
+    rate : float, Hz
+        Frames a second of the 3-D view.
+
+    Raises
+    ------
+    BagError
+        The bag holds nothing that has a view.
+    """
+    shown = Shown({})
+    state, layout, joint_topic = (of_type(bag, t) for t in (STATE, LAYOUT, JOINTS))
+    if state is None and joint_topic is None:
+        raise BagError(f"{bag.path} holds neither elastic states nor joint states to show")
+    if state is not None and layout is None:
+        raise BagError(f"{bag.path} has {state} without its layout; record elastic_layout too")
+    recording.send_recording_name(bag.path.name)
+    reach = np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]])
+    if state is not None and layout is not None:
+        reach = show_robot(bag, recording, state, layout, scale, rate, shown)
+    if joint_topic is not None:
+        show_joints(bag, recording, joint_topic, shown)
+    recording.send_blueprint(robot.blueprint(reach, scale))
+    return shown
+
+
+def show_robot(
+    bag: Bag,
+    recording: rr.RecordingStream,
+    state: str,
+    layout: str,
+    scale: float,
+    rate: float,
+    shown: Shown,
+) -> NDArray[np.float64]:
+    """Log the elastic states; returns the least and greatest coordinates, (2, 3), m."""
+    fields = ["position", "rigid_position"]
+    found = skeleton(bag, layout)
+    period = thinning(bag, state, MOST_FRAMES, rate)
+    log_time, frames = bag.columns(state, fields, period=period)
+    nodes = frames["rigid_position"].reshape(-1, 3)
+    elastic = frames["position"].reshape(-1, 3) - nodes
+    view = robot.RobotView(
+        recording,
+        found,
+        scale=scale,
+        full_colour=float(np.linalg.norm(elastic, axis=1).max(initial=0.0)),
+    )
+    view.log_shape(bag.seconds(log_time), frames["position"], frames["rigid_position"])
+    shown.rows["robot/deformed"] = len(log_time)
+
+    rows = 0
+    status_times, statuses = [], []
+    period = thinning(bag, state, MOST_PLOTTED)
+    for times, batch in bag.batches(state, [*fields, "status"], period=period):
+        seconds = bag.seconds(times)
+        view.log_deflection(seconds, batch["position"], batch["rigid_position"])
+        status_times.append(seconds)
+        statuses.append(batch["status"])
+        rows += len(times)
+    view.log_status(np.concatenate(status_times), np.concatenate(statuses))
+    shown.rows["robot/tip/deflection"] = rows
+    return np.array([nodes.min(axis=0), nodes.max(axis=0)])
+
+
+def show_joints(bag: Bag, recording: rr.RecordingStream, topic: str, shown: Shown) -> None:
+    """Log the joint states."""
+    plots: JointPlots | None = None
+    rows = 0
+    fields = ["name", *QUANTITIES]
+    for times, batch in bag.batches(topic, fields, period=thinning(bag, topic, MOST_PLOTTED)):
+        if plots is None:
+            plots = JointPlots(recording, list(batch["name"][0]))
+        index = [rr.TimeColumn(robot.TIMELINE, duration=bag.seconds(times))]
+        plots.log(index, batch)
+        rows += len(times)
+    for quantity in QUANTITIES:
+        shown.rows[f"joints/{quantity}"] = rows

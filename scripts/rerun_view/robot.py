@@ -1,0 +1,204 @@
+"""The robot in 3-D: its deformed shape, the rigid ERLS as a ghost, and its tip's deflection."""
+
+from __future__ import annotations
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from . import joints
+from .colour import GHOST, NODE, SERIES, TRACE, along_scale
+from .tube import Skeleton, Tube
+
+# Frames of one chunk: small enough that the viewer can load and drop pieces of a long recording.
+FRAMES_PER_CHUNK = 200
+TRACE_SECONDS = 1.0
+GHOST_THICKNESS = 0.6
+MILLIMETRES = 1e3
+TIMELINE = "time"
+
+
+class RobotView:
+    """Logs elastic states to a recording.
+
+    Parameters
+    ----------
+    recording : rerun.RecordingStream
+    skeleton : Skeleton
+    scale : float
+        Shown is rigid + scale * (deformed - rigid).
+    full_colour : float, m
+        The elastic displacement that gets the strongest colour.
+    """
+
+    def __init__(
+        self,
+        recording: rr.RecordingStream,
+        skeleton: Skeleton,
+        *,
+        scale: float,
+        full_colour: float,
+    ) -> None:
+        self.recording = recording
+        self.scale = scale
+        self.full_colour = max(full_colour, 1e-9)
+        self.tube = Tube(skeleton)
+        self.radius = float(skeleton.radius.max())
+        recording.log(
+            "robot/deformed",
+            rr.Mesh3D.from_fields(triangle_indices=self.tube.triangles),
+            static=True,
+        )
+        recording.log(
+            "robot/rigid",
+            rr.Mesh3D.from_fields(triangle_indices=self.tube.triangles, albedo_factor=GHOST),
+            static=True,
+        )
+        recording.log(
+            "robot/nodes",
+            rr.Points3D.from_fields(colors=[NODE], radii=[1.15 * self.radius]),
+            static=True,
+        )
+        recording.log(
+            "robot/tip",
+            rr.Points3D.from_fields(colors=[TRACE], radii=[0.3 * self.radius]),
+            static=True,
+        )
+        recording.log(
+            "robot/tip/deflection",
+            rr.SeriesLines(names=["tip"], colors=[SERIES[1]], widths=[1.5]),
+            static=True,
+        )
+
+    def log_shape(
+        self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray
+    ) -> None:
+        """Log K shapes.
+
+        Parameters
+        ----------
+        time : ndarray (K,), s
+        position, rigid_position : ndarray (K, 3 N), m
+            As in ElasticState.
+        """
+        for first in range(0, len(time), FRAMES_PER_CHUNK):
+            part = slice(first, first + FRAMES_PER_CHUNK)
+            self._log_chunk(time[part], position[part], rigid_position[part])
+
+    def _log_chunk(self, time: NDArray, position: NDArray, rigid_position: NDArray) -> None:
+        frames = len(time)
+        rigid = rigid_position.reshape(frames, -1, 3)
+        elastic = position.reshape(frames, -1, 3) - rigid
+        shown = rigid + self.scale * elastic
+        index = [rr.TimeColumn(TIMELINE, duration=time)]
+
+        amount = np.linalg.norm(self.tube.centre(elastic), axis=2) / self.full_colour
+        colours = along_scale(self.tube.over_vertices(amount))
+        vertices, normals = self.tube.vertices(self.tube.centre(shown))
+        count = [vertices.shape[1]] * frames
+        self.recording.send_columns(
+            "robot/deformed",
+            indexes=index,
+            columns=rr.Mesh3D.columns(
+                vertex_positions=vertices.reshape(-1, 3),
+                vertex_normals=normals.reshape(-1, 3),
+                vertex_colors=colours.ravel(),
+            ).partition(count),
+        )
+        vertices, normals = self.tube.vertices(self.tube.centre(rigid), GHOST_THICKNESS)
+        self.recording.send_columns(
+            "robot/rigid",
+            indexes=index,
+            columns=rr.Mesh3D.columns(
+                vertex_positions=vertices.reshape(-1, 3), vertex_normals=normals.reshape(-1, 3)
+            ).partition(count),
+        )
+        self.recording.send_columns(
+            "robot/nodes",
+            indexes=index,
+            columns=rr.Points3D.columns(positions=shown.reshape(-1, 3)).partition(
+                [shown.shape[1]] * frames
+            ),
+        )
+        self.recording.send_columns(
+            "robot/tip", indexes=index, columns=rr.Points3D.columns(positions=shown[:, -1])
+        )
+
+    def log_deflection(
+        self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray
+    ) -> None:
+        """Log how far the tip, the last node, is from where the rigid robot has it, in mm."""
+        tip = np.linalg.norm(position[:, -3:] - rigid_position[:, -3:], axis=1)
+        self.recording.send_columns(
+            "robot/tip/deflection",
+            indexes=[rr.TimeColumn(TIMELINE, duration=time)],
+            columns=rr.Scalars.columns(scalars=tip * MILLIMETRES),
+        )
+
+    def log_status(self, time: NDArray[np.float64], status: NDArray) -> None:
+        """Log the status where it changes."""
+        words = [str(word) for word in status]
+        changed = [i for i, word in enumerate(words) if i == 0 or word != words[i - 1]]
+        levels = ["INFO" if words[i] == "ok" else "WARN" for i in changed]
+        self.recording.send_columns(
+            "robot/status",
+            indexes=[rr.TimeColumn(TIMELINE, duration=time[changed])],
+            columns=rr.TextLog.columns(text=[words[i] for i in changed], level=levels),
+        )
+
+
+def eye(reach: NDArray[np.float64]) -> rrb.EyeControls3D:
+    """Look at the robot from where its whole motion is seen.
+
+    Parameters
+    ----------
+    reach : ndarray (2, 3), m
+        The least and the greatest coordinates of its nodes over the recording.
+    """
+    middle = reach.mean(axis=0)
+    extent = reach[1] - reach[0]
+    distance = 1.5 * float(np.linalg.norm(extent))
+    if extent[2] < 1e-3 * distance:  # a planar robot: face its plane
+        direction, up = np.array([0.0, 0.0, 1.0]), (0.0, 1.0, 0.0)
+    else:
+        direction, up = np.array([0.62, -0.68, 0.38]), (0.0, 0.0, 1.0)
+    return rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital,
+        position=middle + distance * direction,
+        look_target=middle,
+        eye_up=up,
+    )
+
+
+def blueprint(reach: NDArray[np.float64], scale: float, *, live: bool = False) -> rrb.Blueprint:
+    """Return the robot's view: 3-D on the left, plots on the right."""
+    spacing = 10.0 ** np.floor(np.log10(max(float(np.ptp(reach, axis=0).max()), 1e-3)))
+    trace = rrb.VisibleTimeRanges(
+        timeline=TIMELINE,
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRACE_SECONDS),
+        end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
+    )
+    space = rrb.Spatial3DView(
+        origin="robot",
+        contents=["$origin/**", "- $origin/tip/deflection", "- $origin/status"],
+        name=f"Robot, elastic displacement ×{scale:g}; grey: rigid",
+        background=rrb.Background((24, 27, 33)),
+        line_grid=rrb.LineGrid3D(spacing=float(spacing) / 2.0, color=(255, 255, 255, 28)),
+        eye_controls=eye(reach),
+        overrides={"robot/tip": [trace]},
+    )
+    deflection = rrb.TimeSeriesView(origin="robot/tip/deflection", name="Tip deflection, mm")
+    status = rrb.TextLogView(origin="robot/status", name="Status")
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(space, status, row_shares=[6, 1]),
+            rrb.Vertical(deflection, *joints.views()),
+            column_shares=[3, 2],
+        ),
+        rrb.BlueprintPanel(state="hidden"),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.TimePanel(
+            state="collapsed", timeline=TIMELINE, play_state="following" if live else "playing"
+        ),
+    )

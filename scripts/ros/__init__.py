@@ -1,0 +1,1 @@
+"""What the verbs share of ROS: a quiet node and raw subscriptions."""

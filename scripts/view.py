@@ -1,0 +1,143 @@
+"""`flexsim view`: looks at a bag, or at a running robot, in rerun."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .terminal.report import print_json, print_table
+
+if TYPE_CHECKING:
+    import rerun as rr
+
+APPLICATION = "flexsim"
+
+
+@click.command()
+@click.argument("source", metavar="BAG|SCENE", type=click.Path())
+@click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.rrd",
+              help="Write a rerun recording instead of opening a viewer.")  # fmt: skip
+@click.option("--serve", is_flag=True, help="Serve a viewer elsewhere on this host instead.")
+@click.option("--scale", type=click.FloatRange(0.0), default=20.0, show_default=True,
+              help="Factor on elastic displacements.")  # fmt: skip
+@click.option("--rate", type=click.FloatRange(1.0, 1000.0), default=60.0, show_default=True,
+              metavar="HZ", help="Frames a second of the 3-D view.")  # fmt: skip
+@click.option("-d", "--duration", type=click.FloatRange(0.0, min_open=True), metavar="SECONDS",
+              help="Live: stop after this time; else Ctrl-C stops.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(
+    source: str,
+    save: str | None,
+    serve: bool,
+    scale: float,
+    rate: float,
+    duration: float | None,
+    as_json: bool,
+) -> None:
+    """Show a bag, or a running robot, in rerun.
+
+    A bag is shown as recorded. A scene's file is shown live: flexsim_node is started on it
+    unless one is running.
+
+    \b
+    Example:
+      flexsim view run --save run.rrd --scale 20
+      flexsim view config/anthropomorphic.yaml
+    """
+    if save and serve:
+        raise click.UsageError("Give either --save or --serve, not both.")
+    path = Path(source)
+    if not path.exists():
+        raise click.ClickException(f"{source} does not exist")
+    live = path.is_file() and path.suffix in (".yaml", ".yml")
+    if not (save or serve or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise click.ClickException(
+            "there is no display to show a viewer on; --save FILE.rrd writes a recording, "
+            "--serve serves one on this host"
+        )
+    if live:
+        view_live(path, save, serve, scale, rate, duration, as_json)
+    else:
+        view_bag(path, save, serve, scale, rate, duration, as_json)
+
+
+def view_bag(
+    path: Path,
+    save: str | None,
+    serve: bool,
+    scale: float,
+    rate: float,
+    duration: float | None,
+    as_json: bool,
+) -> None:
+    """Convert a bag and show it."""
+    from .bag import Bag
+
+    begun = time.monotonic()
+    bag = Bag(path)
+
+    import rerun as rr
+
+    from .rerun_view import viewer
+    from .rerun_view.bag import show
+
+    recording = rr.RecordingStream(APPLICATION)
+    target = viewer.attach(recording, save=save, serve=serve)
+    try:
+        shown = show(bag, recording, scale=scale, rate=rate)
+    except ValueError:
+        target.discard()
+        raise
+    recording.flush()
+    elapsed = time.monotonic() - begun
+    result = {
+        "bag": str(path),
+        "recording": save,
+        "serving": target.address,
+        "bytes": Path(save).stat().st_size if save else None,
+        "duration": bag.duration,
+        "conversion_time": round(elapsed, 3),
+        "scale": scale,
+        "rows": shown.rows,
+    }
+    if as_json:
+        print_json(result)
+    else:
+        title = f"{path}: {bag.duration:.1f} s shown in {elapsed:.1f} s"
+        if save:
+            title += f"; look at it with: rerun {save}"
+        print_table(title, ["entity", "rows"], list(shown.rows.items()))
+    if serve:
+        click.echo(f"look at it with: rerun {target.address}", err=True)
+        viewer.wait(duration)
+
+
+def view_live(
+    path: Path,
+    save: str | None,
+    serve: bool,
+    scale: float,
+    rate: float,
+    duration: float | None,
+    as_json: bool,
+) -> None:
+    """Show a running robot."""
+    import rclpy  # noqa: F401  first: it may start Python anew to find its libraries
+    import rerun as rr
+
+    from .rerun_view import live, viewer
+
+    recording: rr.RecordingStream = rr.RecordingStream(APPLICATION)
+    target = viewer.attach(recording, save=save, serve=serve)
+    if target.address:
+        click.echo(f"showing on {target.address}", err=True)
+    rows = live.show(path, recording, scale=scale, rate=rate, duration=duration)
+    recording.flush()
+    if as_json:
+        print_json({"scene": str(path), "recording": save, "scale": scale, "rows": rows})
+    else:
+        print_table(f"{path}: shown live", ["entity", "rows"], list(rows.items()))
