@@ -30,6 +30,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
         check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr
+    (folder / "venv").symlink_to(sys.prefix)
     return folder
 
 
@@ -38,7 +39,12 @@ def sourced(workspace: Path, command: str) -> str:
     result = subprocess.run(
         ["sh", "-c", f". install/local_setup.sh && {command}"],
         cwd=workspace,
-        env=os.environ | {"PATH": f"{sys.prefix}/bin:{os.environ['PATH']}"},
+        env=os.environ
+        | {
+            "PATH": f"{sys.prefix}/bin:{os.environ['PATH']}",
+            # colcon's script does not quote its Python, and the checkout's path may hold a space.
+            "COLCON_PYTHON_EXECUTABLE": f"{workspace}/venv/bin/python",
+        },
         capture_output=True,
         text=True,
         check=False,
