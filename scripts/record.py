@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .terminal.report import print_json, print_table
+from .terminal.stop import Stop, stopped_by_signals
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -62,28 +60,6 @@ def command(
         print_summary(recorded)
     if recorded["error"]:
         raise click.ClickException(recorded["error"])
-
-
-class Stop:
-    """Becomes true when the program is asked to end."""
-
-    def __init__(self) -> None:
-        self.asked = False
-
-    def __call__(self, *_: Any) -> None:
-        self.asked = True
-
-
-@contextmanager
-def stopped_by_signals() -> Iterator[Stop]:
-    """Turn SIGINT and SIGTERM into a request to finish the bag."""
-    stop = Stop()
-    before = {s: signal.signal(s, stop) for s in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def record(
@@ -229,7 +205,7 @@ class Recorder:
                     "type": t.type,
                     "messages": t.count,
                     "bytes": t.bytes,
-                    "rate": round(t.count / elapsed, 3),
+                    "rate": round(t.rate, 3),
                     "dropped": t.drops,
                 }
                 for t in sorted(self.topics.values(), key=lambda t: t.name)

@@ -5,14 +5,11 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from .terminal.report import print_json, print_table
-
-if TYPE_CHECKING:
-    import rerun as rr
+from .terminal.stop import stopped_by_signals
 
 APPLICATION = "flexsim"
 
@@ -125,19 +122,24 @@ def view_live(
     duration: float | None,
     as_json: bool,
 ) -> None:
-    """Show a running robot."""
-    import rclpy  # noqa: F401  first: it may start Python anew to find its libraries
-    import rerun as rr
+    """Show a running robot until Ctrl-C."""
+    from .ros.context import tool_node
 
-    from .rerun_view import live, viewer
+    with tool_node("flexsim_view") as node, stopped_by_signals() as stopped:
+        import rerun as rr
 
-    recording: rr.RecordingStream = rr.RecordingStream(APPLICATION)
-    target = viewer.attach(recording, save=save, serve=serve)
-    if target.address:
-        click.echo(f"showing on {target.address}", err=True)
-    rows = live.show(path, recording, scale=scale, rate=rate, duration=duration)
-    recording.flush()
+        from .rerun_view import live, viewer
+
+        with live.simulator(node, path, stopped):
+            recording = rr.RecordingStream(APPLICATION)
+            target = viewer.attach(recording, save=save, serve=serve)
+            if target.address:
+                click.echo(f"showing on {target.address}; Ctrl-C ends", err=True)
+            robot = live.LiveRobot(node, recording, scale=scale, rate=rate)
+            robot.run(stopped, duration)
+            recording.flush()
     if as_json:
+        rows = robot.rows
         print_json({"scene": str(path), "recording": save, "scale": scale, "rows": rows})
     else:
-        print_table(f"{path}: shown live", ["entity", "rows"], list(rows.items()))
+        print_table(f"{path}: shown live", ["entity", "rows"], list(robot.rows.items()))

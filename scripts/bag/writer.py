@@ -61,8 +61,7 @@ class BagWriter:
         self.topics: dict[int, Written] = {}
         self.count = 0
         self._file_name = f"{self.path.absolute().name}_0.mcap"
-        # Unbuffered: the MCAP writer hands over whole chunks, and a killed process keeps nothing.
-        self._file = (self.path / self._file_name).open("wb", buffering=0)
+        self._file = (self.path / self._file_name).open("wb")
         self._writer = Writer(self._file, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
         self._writer.start("ros2", "flexsim")
         self._schemas: dict[str, int] = {}

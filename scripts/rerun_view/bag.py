@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from ..bag import Bag, BagError
 from . import robot
 from .joints import QUANTITIES, JointPlots
-from .tube import Skeleton
+from .tube import LAYOUT_FIELDS, Skeleton
 
 STATE = "flexsim_msgs/msg/ElasticState"
 LAYOUT = "flexsim_msgs/msg/ElasticLayout"
 JOINTS = "sensor_msgs/msg/JointState"
+SHAPE = ["position", "rigid_position"]
 # More rows than a screen has pixels only cost time: long bags are thinned to these.
 MOST_FRAMES = 30_000
 MOST_PLOTTED = 500_000
@@ -43,14 +44,8 @@ def thinning(bag: Bag, topic: str, most: int, rate: float = np.inf) -> float:
 
 def skeleton(bag: Bag, topic: str) -> Skeleton:
     """Read the robot's layout."""
-    fields = ["node_names", "segments", "segment_width", "segment_depth"]
-    _, layout = bag.columns(topic, fields)
-    width, depth = layout["segment_width"][-1], layout["segment_depth"][-1]
-    return Skeleton(
-        node_names=tuple(layout["node_names"][-1]),
-        segments=tuple((int(a), int(b)) for a, b in layout["segments"][-1].reshape(-1, 2)),
-        radius=np.sqrt(width * depth / np.pi),
-    )
+    _, layout = bag.columns(topic, LAYOUT_FIELDS)
+    return Skeleton.from_layout(layout)
 
 
 def show(bag: Bag, recording: rr.RecordingStream, *, scale: float, rate: float) -> Shown:
@@ -96,10 +91,9 @@ def show_robot(
     shown: Shown,
 ) -> NDArray[np.float64]:
     """Log the elastic states; returns the least and greatest coordinates, (2, 3), m."""
-    fields = ["position", "rigid_position"]
     found = skeleton(bag, layout)
     period = thinning(bag, state, MOST_FRAMES, rate)
-    log_time, frames = bag.columns(state, fields, period=period)
+    log_time, frames = bag.columns(state, SHAPE, period=period)
     nodes = frames["rigid_position"].reshape(-1, 3)
     elastic = frames["position"].reshape(-1, 3) - nodes
     view = robot.RobotView(
@@ -114,7 +108,7 @@ def show_robot(
     rows = 0
     status_times, statuses = [], []
     period = thinning(bag, state, MOST_PLOTTED)
-    for times, batch in bag.batches(state, [*fields, "status"], period=period):
+    for times, batch in bag.batches(state, [*SHAPE, "status"], period=period):
         seconds = bag.seconds(times)
         view.log_deflection(seconds, batch["position"], batch["rigid_position"])
         status_times.append(seconds)

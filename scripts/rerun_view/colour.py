@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 SCALE = np.array(
     [[76, 120, 168], [122, 165, 196], [222, 206, 170], [242, 160, 88], [214, 69, 60]], dtype=float
 )
-GHOST = (150, 156, 166, 90)
+GHOST = (190, 196, 206, 110)
 NODE = (245, 245, 245)
-TRACE = (214, 69, 60, 160)
+TRACE = (242, 160, 88, 200)
 # Tells series of a plot apart, also for colour-blind eyes (Okabe and Ito).
 SERIES = [
     (86, 180, 233), (230, 159, 0), (0, 158, 115), (204, 121, 167),

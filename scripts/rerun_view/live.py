@@ -10,28 +10,201 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rerun as rr
+from numpy.typing import NDArray
 
-from ..bag import qos  # noqa: F401
 from ..bag.cdr import Decoder
 from ..bag.definitions import definition
-from ..ros.context import tool_node
 from ..ros.raw_topic import RawTopic
+from ..terminal.stop import Stop
 from . import robot
-from .bag import JOINTS, LAYOUT, STATE, skeleton_of
+from .bag import JOINTS, LAYOUT, SHAPE, STATE
 from .joints import QUANTITIES, JointPlots
+from .tube import LAYOUT_FIELDS, Skeleton
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-NODE = "flexsim_node"
-TOPICS = {
-    "/joint_states": JOINTS,
-    f"/{NODE}/elastic_state": STATE,
-    f"/{NODE}/elastic_layout": LAYOUT,
+EXECUTABLE = "flexsim_node"
+LAYOUT_TOPIC = f"/{EXECUTABLE}/elastic_layout"
+FIELDS = {
+    "/joint_states": (JOINTS, ["name", *QUANTITIES]),
+    f"/{EXECUTABLE}/elastic_state": (STATE, [*SHAPE, "status"]),
+    LAYOUT_TOPIC: (LAYOUT, LAYOUT_FIELDS),
 }
-START_TIMEOUT = 60.0
-POLL_PERIOD = 1.0 / 30.0
+# A running node is found in well under a second; a new one may compile its kernels first.
+DISCOVERY_TIME = 1.5
+START_TIMEOUT = 90.0
+END_TIMEOUT = 5.0
+POLL_PERIOD = 1.0 / 60.0
+DISCOVERY_PERIOD = 0.25
+
+
+@contextmanager
+def simulator(node: Node, scene: Path, stopped: Stop) -> Iterator[None]:
+    """Start flexsim_node on a scene unless one is running, and end it afterwards.
+
+    Raises
+    ------
+    RuntimeError
+        It is not installed, or ends before it publishes.
+    """
+    if running(node, DISCOVERY_TIME, stopped):
+        yield
+        return
+    beside = Path(sys.executable).with_name(EXECUTABLE)
+    executable = str(beside) if beside.exists() else shutil.which(EXECUTABLE)
+    if executable is None:
+        raise RuntimeError(f"no {EXECUTABLE} is running, and none is installed")
+    child = subprocess.Popen(
+        [executable, "--ros-args", "-p", f"scene:={scene}"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        start_new_session=True,  # Ctrl-C is ours; the node ends when the view has
+    )
+    try:
+        end = time.monotonic() + START_TIMEOUT
+        while not running(node, DISCOVERY_PERIOD, stopped):
+            if stopped.asked:
+                break
+            if child.poll() is not None:
+                raise RuntimeError(f"{EXECUTABLE} ended with exit code {child.returncode}")
+            if time.monotonic() > end:
+                raise RuntimeError(f"{EXECUTABLE} published nothing within {START_TIMEOUT:.0f} s")
+        yield
+    finally:
+        child.send_signal(signal.SIGINT)
+        try:
+            child.wait(END_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+
+
+def running(node: Node, timeout: float, stopped: Stop) -> bool:
+    """Say whether a robot is published within `timeout` seconds."""
+    end = time.monotonic() + timeout
+    while not node.get_publishers_info_by_topic(LAYOUT_TOPIC):
+        if time.monotonic() > end or stopped.asked:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+class LiveRobot:
+    """Moves what the node publishes into a recording.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+    recording : rerun.RecordingStream
+    scale : float
+        Factor on elastic displacements.
+    rate : float, Hz
+        Frames a second of the 3-D view; plots get every message.
+    """
+
+    def __init__(
+        self, node: Node, recording: rr.RecordingStream, *, scale: float, rate: float
+    ) -> None:
+        self.node = node
+        self.recording = recording
+        self.scale = scale
+        self.period = 1.0 / rate
+        self.rows: dict[str, int] = {}
+        self._topics: dict[str, RawTopic] = {}
+        self._decoders = {t: Decoder(t, definition(t)) for t, _ in FIELDS.values()}
+        self._skeleton: Skeleton | None = None
+        self._view: robot.RobotView | None = None
+        self._plots: JointPlots | None = None
+        self._start: int | None = None
+        self._next_frame = 0.0
+
+    def run(self, stopped: Stop, duration: float | None) -> None:
+        """Show until asked to stop, or for `duration` seconds."""
+        begun = time.monotonic()
+        next_discovery = begun
+        while not stopped.asked:
+            now = time.monotonic()
+            if duration is not None and now - begun >= duration:
+                return
+            if now >= next_discovery:
+                self._discover()
+                next_discovery = now + DISCOVERY_PERIOD
+            self._take(LAYOUT, self._on_layout)
+            self._take(STATE, self._on_states)
+            self._take(JOINTS, self._on_joints)
+            time.sleep(POLL_PERIOD)
+
+    def _discover(self) -> None:
+        for name, (type_name, _) in FIELDS.items():
+            publishers = self.node.get_publishers_info_by_topic(name)
+            if publishers and type_name not in self._topics:
+                self._topics[type_name] = RawTopic(self.node, name, type_name, publishers)
+
+    def _take(self, type_name: str, show: Any) -> None:
+        # A state before its layout waits in its queue.
+        waits = type_name == STATE and self._skeleton is None
+        if type_name not in self._topics or waits:
+            return
+        messages = self._topics[type_name].take()
+        if not messages:
+            return
+        if self._start is None:
+            self._start = messages[0].log_time
+        times = np.array([m.log_time - self._start for m in messages]) * 1e-9
+        fields = next(fields for t, fields in FIELDS.values() if t == type_name)
+        show(times, self._decoders[type_name].columns([m.data for m in messages], fields))
+
+    def _on_layout(self, times: NDArray, layout: dict[str, NDArray]) -> None:
+        self._skeleton = Skeleton.from_layout(layout)
+        self._view = None
+
+    def _on_states(self, times: NDArray, states: dict[str, NDArray]) -> None:
+        assert self._skeleton is not None
+        position, rigid = states["position"], states["rigid_position"]
+        if self._view is None:
+            self._view = robot.RobotView(
+                self.recording, self._skeleton, scale=self.scale, full_colour=0.0
+            )
+            self.recording.send_blueprint(
+                robot.blueprint(whole_reach(rigid[0].reshape(-1, 3)), self.scale, live=True)
+            )
+        elastic = np.linalg.norm((position - rigid).reshape(-1, 3), axis=1)
+        # The colours' range is not known beforehand, so it grows.
+        self._view.full_colour = max(self._view.full_colour, float(elastic.max()))
+        self._view.log_deflection(times, position, rigid)
+        self._view.log_status(times, states["status"])
+        kept = []
+        for i, t in enumerate(times):
+            if t >= self._next_frame:
+                kept.append(i)
+                self._next_frame = t - t % self.period + self.period
+        if kept:
+            self._view.log_shape(times[kept], position[kept], rigid[kept])
+        self._count("robot/tip/deflection", len(times))
+        self._count("robot/deformed", len(kept))
+
+    def _on_joints(self, times: NDArray, states: dict[str, NDArray]) -> None:
+        if self._plots is None:
+            self._plots = JointPlots(self.recording, list(states["name"][0]))
+        self._plots.log([rr.TimeColumn(robot.TIMELINE, duration=times)], states)
+        for quantity in QUANTITIES:
+            self._count(f"joints/{quantity}", len(times))
+
+    def _count(self, entity: str, rows: int) -> None:
+        self.rows[entity] = self.rows.get(entity, 0) + rows
+
+
+def whole_reach(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the box (2, 3), m, around all places that a robot's nodes (N, 3) can get to.
+
+    A robot that lies in the x-y plane stays in it.
+    """
+    length = np.linalg.norm(np.diff(nodes, axis=0), axis=1).sum()
+    reach = np.where(np.ptp(nodes, axis=0) > 1e-9 * length, 0.8 * length, 0.0)
+    reach[:2] = 0.8 * length
+    return np.array([nodes[0] - reach, nodes[0] + reach])

@@ -45,6 +45,8 @@ class RobotView:
         self.full_colour = max(full_colour, 1e-9)
         self.tube = Tube(skeleton)
         self.radius = float(skeleton.radius.max())
+        self._tip: NDArray | None = None
+        self._status: str | None = None
         recording.log(
             "robot/deformed",
             rr.Mesh3D.from_fields(triangle_indices=self.tube.triangles),
@@ -62,7 +64,7 @@ class RobotView:
         )
         recording.log(
             "robot/tip",
-            rr.Points3D.from_fields(colors=[TRACE], radii=[0.3 * self.radius]),
+            rr.LineStrips3D.from_fields(colors=[TRACE], radii=[0.15 * self.radius]),
             static=True,
         )
         recording.log(
@@ -121,8 +123,14 @@ class RobotView:
                 [shown.shape[1]] * frames
             ),
         )
+        # The trace is made of steps, of which the view shows the last second.
+        tip = shown[:, -1]
+        steps = np.stack(
+            [np.vstack([tip[:1] if self._tip is None else self._tip, tip[:-1]]), tip], 1
+        )
+        self._tip = tip[-1:]
         self.recording.send_columns(
-            "robot/tip", indexes=index, columns=rr.Points3D.columns(positions=shown[:, -1])
+            "robot/tip", indexes=index, columns=rr.LineStrips3D.columns(strips=steps)
         )
 
     def log_deflection(
@@ -139,7 +147,11 @@ class RobotView:
     def log_status(self, time: NDArray[np.float64], status: NDArray) -> None:
         """Log the status where it changes."""
         words = [str(word) for word in status]
-        changed = [i for i, word in enumerate(words) if i == 0 or word != words[i - 1]]
+        before = [self._status, *words]
+        changed = [i for i, word in enumerate(words) if word != before[i]]
+        if not changed:
+            return
+        self._status = words[-1]
         levels = ["INFO" if words[i] == "ok" else "WARN" for i in changed]
         self.recording.send_columns(
             "robot/status",
@@ -158,7 +170,7 @@ def eye(reach: NDArray[np.float64]) -> rrb.EyeControls3D:
     """
     middle = reach.mean(axis=0)
     extent = reach[1] - reach[0]
-    distance = 1.5 * float(np.linalg.norm(extent))
+    distance = 1.15 * float(np.linalg.norm(extent))
     if extent[2] < 1e-3 * distance:  # a planar robot: face its plane
         direction, up = np.array([0.0, 0.0, 1.0]), (0.0, 1.0, 0.0)
     else:

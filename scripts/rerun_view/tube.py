@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 SIDES = 10
 POINTS_PER_ELEMENT = 8
+LAYOUT_FIELDS = ["node_names", "segments", "segment_width", "segment_depth"]
 
 Array = NDArray[np.float32]
 
@@ -29,6 +31,16 @@ class Skeleton:
     node_names: tuple[str, ...]
     segments: tuple[tuple[int, int], ...]
     radius: NDArray[np.float64]
+
+    @classmethod
+    def from_layout(cls, layout: Mapping[str, NDArray]) -> Skeleton:
+        """Read columns of ElasticLayout messages, the last of which counts."""
+        width, depth = layout["segment_width"][-1], layout["segment_depth"][-1]
+        return cls(
+            node_names=tuple(layout["node_names"][-1]),
+            segments=tuple((int(a), int(b)) for a, b in layout["segments"][-1].reshape(-1, 2)),
+            radius=np.sqrt(width * depth / np.pi),
+        )
 
     @property
     def chains(self) -> list[list[int]]:

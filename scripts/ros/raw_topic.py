@@ -62,11 +62,18 @@ class RawTopic:
         self.count = 0
         self.bytes = 0
         self.publishers = len(publishers)
+        self.first, self.last = 0, 0
         self._type = load(type_name)
         self._profile = adapted(publishers)
         self._first_sequence = NO_SEQUENCE
         self._last_sequence = NO_SEQUENCE
         self._subscribe()
+
+    @property
+    def rate(self) -> float:
+        """Messages a second from the first to the last, Hz; 0 for fewer than two."""
+        span = self.last - self.first
+        return (self.count - 1) * 1e9 / span if span > 0 else 0.0
 
     @property
     def drops(self) -> int | None:
@@ -105,6 +112,7 @@ class RawTopic:
                     if self._first_sequence == NO_SEQUENCE:
                         self._first_sequence = sequence
                     self._last_sequence = sequence
+                self.first, self.last = self.first or log_time, log_time
                 self.count += 1
                 self.bytes += len(data)
                 taken.append(

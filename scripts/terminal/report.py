@@ -16,7 +16,7 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]
     from rich.table import Table
 
     cells = [["" if c is None else str(c) for c in row] for row in rows]
-    table = Table(title=title, box=SIMPLE_HEAD, title_justify="left", title_style="bold")
+    table = Table(box=SIMPLE_HEAD, show_edge=False)
     for i, name in enumerate(columns):
         right = bool(cells) and all(is_number(row[i]) for row in cells)
         table.add_column(name, justify="right" if right else "left", overflow="fold")
@@ -26,6 +26,8 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]
     # A file or a pipe has no width: there, nothing is folded.
     if not console.is_terminal:
         console = Console(highlight=False, markup=False, width=400)
+    # Beside the table, not as its title, which rich would fold to the table's width.
+    console.print(title, style="bold")
     console.print(table)
 
 
