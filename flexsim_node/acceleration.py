@@ -1,0 +1,56 @@
+"""Accelerations from forces, v' = M(x)^-1 f(x, v), for explicit and reference integrators."""
+
+from __future__ import annotations
+
+from .beam import kernel
+from .chain import FIXED, KIND, Q
+from .dynamics import residual
+from .factorization import factorize, set_scale, solve
+
+# what a step says happened
+OK, NOT_FINITE, SINGULAR, NOT_CONVERGED = range(4)
+REASONS = {
+    OK: "ok",
+    NOT_FINITE: "the state is no longer finite; give a smaller step or an implicit method",
+    SINGULAR: "the mass matrix is singular; look at joints without inertia beyond them",
+    NOT_CONVERGED: "the step's iteration did not converge; give a smaller step",
+}
+
+
+@kernel
+def drive_joints(chain, work, motion, x, v, a):
+    """Impose the prescribed motion (3, m), position, velocity, acceleration, on the joints that are held."""
+    link = chain.link
+    for n in range(link.shape[0]):
+        if work.held[n] and link[n, KIND] != FIXED:
+            q = link[n, Q]
+            x[q], v[q], a[q] = motion[0, q], motion[1, q], motion[2, q]
+
+
+@kernel
+def finite(x, v):
+    """Whether the state holds finite numbers only, and none that is about to overflow."""
+    for i in range(x.size):
+        if not (abs(x[i]) < 1e12 and abs(v[i]) < 1e12):
+            return False
+    return True
+
+
+@kernel
+def acceleration(chain, work, x, v, torque, out):
+    """Write v' = M(x)^-1 f(x, v) into out (n,); held joints keep what out says of them.  Returns a status."""
+    link = chain.link
+    a, rhs = work.vector[6], work.vector[7]
+    a[:] = 0.0
+    for n in range(link.shape[0]):
+        if work.held[n] and link[n, KIND] != FIXED:
+            a[link[n, Q]] = out[link[n, Q]]
+    residual(chain, work, x, v, a, torque, 0.0, rhs)
+    if work.scale[0] != 0.0 or work.scale[1] != 0.0:
+        set_scale(chain, work, 0.0, 0.0)
+    if factorize(chain, work) != 0:
+        return SINGULAR
+    solve(chain, work, rhs, out)
+    for i in range(out.size):
+        out[i] += a[i]
+    return OK

@@ -1,0 +1,98 @@
+"""The arrays that the compiled kernels work on: `Chain` never changes, `Workspace` is allocated once.
+
+Each link has a body frame: origin at the start of its beam, axes along the beam axes.  A link's own
+nodes are numbered from its start (a copy of the end node of its parent, turned by the joint) to its end.
+A nodal row is (ux, uy, uz, rx, ry, rz), in a planar chain (ux, uy, rz).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+# columns of Chain.link
+KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES = range(9)
+FIXED, REVOLUTE, PRISMATIC = range(3)
+# columns of Chain.joint: link length, joint axis in the link's and in the parent's body frame, then losses
+TIP, AXIS, PARENT_AXIS, ANGLE = 0, 1, 4, 7
+VISCOUS, COULOMB, COULOMB_SPEED, ROTOR = 8, 9, 10, 11
+# columns of Workspace.frame: angular velocity, acceleration of the origin, angular acceleration, rotation to
+# the parent (row-wise), displacement of the start without the joint's own rotation, its derivative by q, lever
+OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
+# rows of Workspace.node
+DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
+# entries of Chain.setting
+GRAVITY, ALPHA, BETA = 0, 3, 4
+
+
+class Chain(NamedTuple):
+    """A robot as the kernels see it: L links, E elements, N nodes, n unknowns, B dofs a node (3 or 6)."""
+
+    link: np.ndarray  # (L, 9) int64
+    joint: np.ndarray  # (L, 12)
+    rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
+    element: np.ndarray  # (E, 13), columns of beam.py
+    mass: np.ndarray  # (E, 2B, 2B), nodes ordered (end, start)
+    stiffness: np.ndarray  # (E, 2B, 2B), likewise
+    index: np.ndarray  # (N, B) int64: the unknown of a nodal dof, or -1 where it depends on others
+    dependency: np.ndarray  # (N, B, 2B): on the dofs of this node and of the one before
+    body: np.ndarray  # (bodies, 4, 4), see rigid_body.py
+    body_mass: np.ndarray  # (bodies, B, B)
+    body_place: np.ndarray  # (bodies,) int64: node
+    place: np.ndarray  # (N,) distance of a node from the link's start, m
+    setting: np.ndarray  # gravity (3), Rayleigh alpha and beta
+
+
+class Workspace(NamedTuple):
+    """Every buffer of a step, sized for one chain."""
+
+    frame: np.ndarray  # (L, 33)
+    kept: np.ndarray  # (L, 33): the frames at the last factorisation
+    node: np.ndarray  # (4, N, B)
+    force: np.ndarray  # (N, B)
+    wrench: np.ndarray  # (L, B)
+    held: np.ndarray  # (L,) bool: joints whose motion is prescribed
+    iteration: np.ndarray  # (E, 2B, 2B): mass + scale * stiffness
+    scale: np.ndarray  # (2,): of the stiffness, of the joints' damping
+    pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
+    joint_pivot: np.ndarray  # (L, 2, 2B + 2)
+    interface: np.ndarray  # (L, 2B, 2B)
+    load: np.ndarray  # (L, 2B)
+    answer: np.ndarray  # (L, 2B)
+    front: np.ndarray  # (3B, 3B)
+    vector: np.ndarray  # (8, n)
+    memory: np.ndarray  # (n,): what a method keeps from step to step
+    coupling: np.ndarray  # (2B + 1, B)
+    inertia: np.ndarray  # (B, B)
+    scratch: np.ndarray  # (24, 3)
+    row: np.ndarray  # (6, 36)
+
+
+def workspace(chain: Chain) -> Workspace:
+    """Allocate the buffers for a chain."""
+    links = len(chain.link)
+    nodes, b = chain.index.shape
+    unknowns = max(int(chain.index.max(initial=-1)), int(chain.link[:, [Q, PHI]].max(initial=-1))) + 1
+    return Workspace(
+        frame=np.zeros((links, 33)),
+        kept=np.zeros((links, 33)),
+        node=np.zeros((4, nodes, b)),
+        force=np.zeros((nodes, b)),
+        wrench=np.zeros((links, b)),
+        held=np.zeros(links, dtype=np.bool_),
+        iteration=chain.mass.copy(),
+        scale=np.zeros(2),
+        pivot=np.zeros((nodes * b, 3 * b + 1)),
+        joint_pivot=np.zeros((links, 2, 2 * b + 2)),
+        interface=np.zeros((links, 2 * b, 2 * b)),
+        load=np.zeros((links, 2 * b)),
+        answer=np.zeros((links, 2 * b)),
+        front=np.zeros((3 * b, 3 * b)),
+        vector=np.zeros((8, unknowns)),
+        memory=np.zeros(unknowns),
+        coupling=np.zeros((2 * b + 1, b)),
+        inertia=np.zeros((b, b)),
+        scratch=np.zeros((24, 3)),
+        row=np.zeros((6, 36)),
+    )

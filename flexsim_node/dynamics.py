@@ -1,0 +1,140 @@
+"""Equations of motion by d'Alembert-Lagrange: forces and inertia forces of a chain.
+
+All functions are free functions of (chain, workspace, state); x holds the unknowns (joint coordinates, then
+elastic ones), v their rates, a their accelerations.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import planar_beam, rigid_body, spatial_beam
+from .beam import kernel
+from .chain import (
+    ACCELERATION,
+    ALPHA,
+    BETA,
+    BODIES,
+    COULOMB,
+    COULOMB_SPEED,
+    COUNT,
+    DISPLACEMENT,
+    FIRST,
+    FIRST_BODY,
+    FIRST_ELEMENT,
+    FIXED,
+    KIND,
+    PHI,
+    RATE,
+    ROTOR,
+    TRIAL,
+    VISCOUS,
+    Q,
+)
+from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
+
+
+@kernel
+def joint_force(chain, x, v, a, torque, out):
+    """Add motor torque minus friction and rotor inertia, on the physical joint angle q + phi."""
+    link, joint = chain.link, chain.joint
+    m = 0
+    for n in range(link.shape[0]):
+        if link[n, KIND] == FIXED:
+            continue
+        q, phi = link[n, Q], link[n, PHI]
+        rate, acceleration = v[q], a[q]
+        if phi >= 0:
+            rate += v[phi]
+            acceleration += a[phi]
+        effort = torque[m] - joint[n, VISCOUS] * rate - joint[n, ROTOR] * acceleration
+        if joint[n, COULOMB] > 0.0:
+            effort -= joint[n, COULOMB] * np.tanh(rate / joint[n, COULOMB_SPEED])
+        out[q] += effort
+        if phi >= 0:
+            out[phi] += effort
+        m += 1
+
+
+@kernel
+def link_forces(chain, work, extra):
+    """Inertia, elastic and damping forces of every element and body, at the placed and moving nodes.
+
+    `extra` adds to Rayleigh's beta (the implicit methods need stiffness times rate).
+    """
+    link, element = chain.link, chain.element
+    d, v, a = work.node[DISPLACEMENT], work.node[RATE], work.node[ACCELERATION]
+    force, wrench = work.force, work.wrench
+    alpha, beta = chain.setting[ALPHA], chain.setting[BETA] + extra
+    planar = chain.index.shape[1] == 3
+    force[:] = 0.0
+    wrench[:] = 0.0
+    for n in range(link.shape[0]):
+        f, first, start = work.frame[n], link[n, FIRST], link[n, FIRST_ELEMENT]
+        for k in range(link[n, COUNT]):
+            e, i = element[start + k], first + k + 1
+            if planar:
+                planar_beam.inertia_force(e, f, d, v, a, i, alpha, force, wrench[n])
+                planar_beam.elastic_force(e, d, i, force)
+                if beta != 0.0:
+                    planar_beam.stiffness_product(e, d, v, i, beta, force)
+            else:
+                spatial_beam.inertia_force(e, f, d, v, a, i, alpha, force, wrench[n], work.scratch)
+                spatial_beam.elastic_force(e, d, i, force)
+                if beta != 0.0:
+                    spatial_beam.stiffness_product(e, d, v, i, beta, force)
+        for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
+            i = chain.body_place[k]
+            r = work.row
+            spatial_row(d[i], planar, r[1, 0:6])
+            spatial_row(v[i], planar, r[2, 0:6])
+            spatial_row(a[i], planar, r[3, 0:6])
+            r[4, 0:6] = 0.0
+            r[5, 0:6] = 0.0
+            rigid_body.inertia_force(
+                chain.body[k], chain.place[i], f, r[1], r[2], r[3], r[4], r[5], work.scratch
+            )
+            if planar:
+                for m, p in ((0, 0), (1, 1), (2, 5)):
+                    force[i, m] += r[4, p]
+                    wrench[n, m] += r[5, p]
+            else:
+                for m in range(6):
+                    force[i, m] += r[4, m]
+                    wrench[n, m] += r[5, m]
+
+
+@kernel
+def residual(chain, work, x, v, a, torque, extra, out):
+    """Applied minus elastic, damping and inertia forces: f(x, v) - M(x) a into out (n,).
+
+    With a = 0 this is the force of M(x) v' = f.  `extra` > 0 takes extra * stiffness * v off as well.
+    """
+    place(chain, work, x)
+    accelerate(chain, work, v, a)
+    link_forces(chain, work, extra)
+    out[:] = 0.0
+    gather(chain, work, out)
+    for i in range(out.size):
+        out[i] = -out[i]
+    joint_force(chain, x, v, a, torque, out)
+
+
+@kernel
+def stiffness_times(chain, work, y, scale, out):
+    """scale * K y into out (n,), at the placed configuration."""
+    link, element = chain.link, chain.element
+    rows, d, force = work.node[TRIAL], work.node[DISPLACEMENT], work.force
+    planar = chain.index.shape[1] == 3
+    nodal_rates(chain, work, y, rows, False, y)
+    force[:] = 0.0
+    work.wrench[:] = 0.0
+    for n in range(link.shape[0]):
+        for k in range(link[n, COUNT]):
+            e, i = element[link[n, FIRST_ELEMENT] + k], link[n, FIRST] + k + 1
+            if planar:
+                planar_beam.stiffness_product(e, d, rows, i, scale, force)
+            else:
+                spatial_beam.stiffness_product(e, d, rows, i, scale, force)
+    out[:] = 0.0
+    gather(chain, work, out)

@@ -1,0 +1,141 @@
+"""Kinetic, elastic and gravitational energy of a chain, from its mass matrices rather than its forces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import planar_beam, rigid_body, spatial_beam
+from .beam import AXIAL, LENGTH, SHEAR_Y, SHEAR_Z, STIFFENING, kernel, squared_slope
+from .chain import (
+    BODIES,
+    COUNT,
+    DISPLACEMENT,
+    FIRST,
+    FIRST_BODY,
+    FIRST_ELEMENT,
+    FIXED,
+    GRAVITY,
+    KIND,
+    LEVER,
+    PARENT,
+    PHI,
+    PRISMATIC,
+    RATE,
+    REVOLUTE,
+    ROTOR,
+    Q,
+)
+from .kinematics import nodal_rates, place, spatial_row, to_child
+
+
+@kernel
+def quadratic_form(matrix, end, start, b):
+    """Half of x^T matrix x for x = (end, start), two nodal rows."""
+    total = 0.0
+    for i in range(b):
+        for k in range(b):
+            total += end[i] * (matrix[i, k] * end[k] + matrix[i, b + k] * start[k])
+            total += start[i] * (matrix[b + i, k] * end[k] + matrix[b + i, b + k] * start[k])
+    return 0.5 * total
+
+
+@kernel
+def stiffening_energy(e, p, r):
+    """What the mean squared slope adds to the strain energy; p, r are spatial rows (6,)."""
+    length = e[LENGTH]
+    my, _, _, _, _ = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
+    mz, _, _, _, _ = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
+    shortening = 0.5 * length * (my + mz)
+    return e[AXIAL] * shortening * (r[0] - p[0] + 0.5 * shortening)
+
+
+@kernel
+def energy(chain, work, x, v, out):
+    """Write kinetic, elastic and gravitational energy (J) into out (3,)."""
+    link, joint = chain.link, chain.joint
+    b = chain.index.shape[1]
+    planar = b == 3
+    place(chain, work, x)
+    nodal_rates(chain, work, v, work.node[RATE], False, v)
+    d, rate = work.node[DISPLACEMENT], work.node[RATE]
+    links = link.shape[0]
+    twist = np.zeros((links, 6))
+    gravity = np.zeros((links, 6))
+    height = np.zeros(links)
+    r, p, s = np.zeros(6), np.zeros(6), np.zeros(6)
+    coupling, inertia = np.zeros((2 * b, b)), np.zeros((b, b))
+    body_coupling, full = np.zeros((6, 6)), np.zeros((6, 6))
+    t = np.zeros((24, 3))
+    out[:] = 0.0
+    for n in range(links):
+        f, parent, kind = work.frame[n], link[n, PARENT], link[n, KIND]
+        w, g = twist[n], gravity[n]
+        if parent >= 0:
+            u, gp = twist[parent], gravity[parent]
+            l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
+            w[0] = u[0] + u[4] * l2 - u[5] * l1
+            w[1] = u[1] + u[5] * l0 - u[3] * l2
+            w[2] = u[2] + u[3] * l1 - u[4] * l0
+            w[3], w[4], w[5] = u[3], u[4], u[5]
+            g[0], g[1], g[2] = gp[0], gp[1], gp[2]
+            height[n] = height[parent] + g[0] * l0 + g[1] * l1 + g[2] * l2
+        else:
+            for k in range(3):
+                g[k] = chain.setting[GRAVITY + k]
+                height[n] += g[k] * f[LEVER + k]
+        if kind == PRISMATIC:
+            for k in range(3):
+                w[k] += joint[n, 4 + k] * v[link[n, Q]]
+        to_child(f, w)
+        to_child(f, g)
+        if kind == REVOLUTE:
+            for k in range(3):
+                w[3 + k] += joint[n, 1 + k] * v[link[n, Q]]
+        full[:] = 0.0
+        for k in range(link[n, COUNT]):
+            m, i = link[n, FIRST_ELEMENT] + k, link[n, FIRST] + k + 1
+            e = chain.element[m]
+            inertia[:] = 0.0
+            if planar:
+                planar_beam.inertia_coupling(e, d, i, coupling, inertia)
+            else:
+                spatial_beam.inertia_coupling(e, d, i, coupling, inertia, t)
+            for h in range(b):
+                twist_h = w[5] if planar and h == 2 else w[h]
+                full_h = 5 if planar and h == 2 else h
+                for j in range(b):
+                    out[0] += twist_h * (
+                        coupling[j, h] * rate[i - 1, j] + coupling[b + j, h] * rate[i, j]
+                    )
+                    full[full_h, 5 if planar and j == 2 else j] += inertia[h, j]
+            out[0] += quadratic_form(chain.mass[m], rate[i], rate[i - 1], b)
+            out[1] += quadratic_form(chain.stiffness[m], d[i], d[i - 1], b)
+            if e[STIFFENING] > 0.0:
+                spatial_row(d[i - 1], planar, p)
+                spatial_row(d[i], planar, r)
+                out[1] += stiffening_energy(e, p, r)
+        for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
+            i = chain.body_place[k]
+            spatial_row(d[i], planar, r)
+            spatial_row(rate[i], planar, s)
+            rigid_body.inertia_coupling(chain.body[k], chain.place[i], r, body_coupling, full, t)
+            for h in range(6):
+                for j in range(6):
+                    out[0] += w[h] * body_coupling[j, h] * s[j]
+            for h in range(b):
+                for j in range(b):
+                    out[0] += 0.5 * rate[i, h] * chain.body_mass[k, h, j] * rate[i, j]
+        for h in range(6):
+            out[0] += 0.5 * full[h, h] * w[h] * w[h]
+            for j in range(h + 1, 6):
+                out[0] += full[h, j] * w[h] * w[j]
+        # mass and first moments stand in the mass matrix of the link's own motion
+        out[2] -= full[0, 0] * height[n]
+        out[2] -= full[1, 5] * g[0] - full[0, 5] * g[1]
+        if not planar:
+            out[2] -= full[0, 4] * g[2]
+        if kind != FIXED:
+            speed = v[link[n, Q]]
+            if link[n, PHI] >= 0:
+                speed += v[link[n, PHI]]
+            out[0] += 0.5 * joint[n, ROTOR] * speed * speed

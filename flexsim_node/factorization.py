@@ -1,0 +1,552 @@
+"""Solve (M + c K + joint terms) x = b in a time that is linear in links and elements.
+
+The matrix over the unknowns is dense where joint coordinates couple to everything beyond them.  With the
+accelerations A of each link's frame as intermediate unknowns it is a chain: a node couples to the node before
+it and to A; a link hands its parent one symmetric matrix over (end node, A).  Nodes are eliminated from the
+tip to the base, each link's joint last (the articulated-body idea, with elastic nodes).
+
+`solve` works on the frames that `factorize` kept, wherever the links have been placed since.
+"""
+
+from __future__ import annotations
+
+from . import planar_beam, rigid_body, spatial_beam
+from .beam import STIFFENING, kernel
+from .chain import (
+    AXIS,
+    BODIES,
+    BY_Q,
+    COUNT,
+    DISPLACEMENT,
+    FIRST,
+    FIRST_BODY,
+    FIRST_ELEMENT,
+    FIXED,
+    KIND,
+    LEVER,
+    PARENT,
+    PHI,
+    PRISMATIC,
+    REVOLUTE,
+    ROTATION,
+    ROTOR,
+    TIP,
+    VISCOUS,
+    Q,
+)
+from .kinematics import spatial_row, to_child, to_parent
+
+
+@kernel
+def set_scale(chain, work, stiffness, damping):
+    """Choose the matrix: M + stiffness * K, with `damping` times the joints' viscous friction."""
+    work.scale[0], work.scale[1] = stiffness, damping
+    w = work.iteration
+    for e in range(w.shape[0]):
+        for i in range(w.shape[1]):
+            for k in range(w.shape[1]):
+                w[e, i, k] = chain.mass[e, i, k] + stiffness * chain.stiffness[e, i, k]
+
+
+@kernel
+def fold(w, p, coefficient, b, size):
+    """Replace unknown p of the front by a combination of unknowns 0..2b (p left out)."""
+    for j in range(2 * b):
+        c = coefficient[j]
+        if c == 0.0:
+            continue
+        for k in range(size):
+            if k == p:
+                continue
+            value = c * (w[p, k] if p < k else w[k, p])
+            if j < k:
+                w[j, k] += value
+            elif k < j:
+                w[k, j] += value
+            else:
+                w[j, j] += 2.0 * value
+        for k in range(j, 2 * b):
+            w[j, k] += c * coefficient[k] * w[p, p]
+    for k in range(size):
+        if p < k:
+            w[p, k] = 0.0
+        elif k < p:
+            w[k, p] = 0.0
+    w[p, p] = 0.0
+
+
+@kernel
+def joint_vectors(chain, work, n, b, phi_column, q_column):
+    """Directions of (start node, A) that belong to the joint's elastic rotation and to its coordinate."""
+    link, joint, f = chain.link, chain.joint, work.kept[n]
+    for k in range(2 * b):
+        phi_column[k] = 0.0
+        q_column[k] = 0.0
+    if b == 3:
+        phi_column[2] = joint[n, AXIS + 2]
+        q_column[0], q_column[1], q_column[2] = f[BY_Q], f[BY_Q + 1], f[BY_Q + 5]
+        q_column[5] = joint[n, AXIS + 2]
+        return
+    h = 9 if link[n, KIND] == REVOLUTE else 6
+    for k in range(3):
+        phi_column[3 + k] = joint[n, AXIS + k]
+        q_column[k] = f[BY_Q + k]
+        q_column[3 + k] = f[BY_Q + 3 + k]
+        q_column[h + k] = joint[n, AXIS + k]
+
+
+@kernel
+def symmetric_times(z, y, out, size):
+    """out = z y for a symmetric z of which the upper triangle is kept."""
+    for i in range(size):
+        out[i] = 0.0
+    for i in range(size):
+        yi = y[i]
+        total = z[i, i] * yi
+        for k in range(i + 1, size):
+            total += z[i, k] * y[k]
+            out[k] += z[i, k] * yi
+        out[i] += total
+
+
+@kernel
+def rank_one(z, row, scale, size):
+    """z -= scale row row^T, upper triangle."""
+    for i in range(size):
+        c = scale * row[i]
+        if c != 0.0:
+            for k in range(i, size):
+                z[i, k] -= c * row[k]
+
+
+@kernel
+def block(z, i, j, r):
+    """Copy the 3 x 3 block (i, j), i <= j, of an upper triangle into r (3, 3)."""
+    for m in range(3):
+        for n in range(3):
+            p, q = 3 * i + m, 3 * j + n
+            r[m, n] = z[p, q] if p <= q else z[q, p]
+
+
+@kernel
+def hand_over(chain, work, n, z, b, s):
+    """Add the symmetric z over (start node, A) of link n to its parent's interface."""
+    link, joint, f = chain.link, chain.joint, work.kept[n]
+    parent = link[n, PARENT]
+    out = work.interface[parent]
+    if b == 3:
+        # E is a plane rotation; the lever lies along the parent's beam
+        c, h = f[ROTATION], f[ROTATION + 3]
+        for i in range(6):
+            if i % 3 == 0:
+                # rows i, i + 1: left multiplication by E on full rows
+                for k in range(6):
+                    x = z[i, k] if i <= k else z[k, i]
+                    y = z[i + 1, k] if i + 1 <= k else z[k, i + 1]
+                    s[i, k] = c * x - h * y
+                    s[i + 1, k] = h * x + c * y
+            elif i % 3 == 2:
+                for k in range(6):
+                    s[i, k] = z[i, k] if i <= k else z[k, i]
+        for i in range(6):
+            for k in range(0, 6, 3):
+                x, y = s[i, k], s[i, k + 1]
+                s[i, k], s[i, k + 1] = c * x - h * y, h * x + c * y
+        l0, l1 = f[LEVER], f[LEVER + 1]
+        for k in range(6):
+            s[5, k] += l0 * s[4, k] - l1 * s[3, k]
+        for i in range(6):
+            s[i, 5] += l0 * s[i, 4] - l1 * s[i, 3]
+        for i in range(6):
+            for k in range(i, 6):
+                out[i, k] += s[i, k]
+        return
+    t = work.scratch[0:3]
+    r = work.scratch[3:6]
+    e = f[ROTATION : ROTATION + 9]
+    for i in range(4):
+        for j in range(i, 4):
+            block(z, i, j, r)
+            for m in range(3):
+                for k in range(3):
+                    t[m, k] = (
+                        e[3 * m] * r[0, k] + e[3 * m + 1] * r[1, k] + e[3 * m + 2] * r[2, k]
+                    )
+            for m in range(3):
+                for k in range(3):
+                    s[3 * i + m, 3 * j + k] = (
+                        t[m, 0] * e[3 * k] + t[m, 1] * e[3 * k + 1] + t[m, 2] * e[3 * k + 2]
+                    )
+    l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
+    shift(s, 6, 9, l0, l1, l2)
+    if link[n, KIND] == PRISMATIC:
+        shift(s, 0, 3, l0 - joint[parent, TIP], l1, l2)
+    for i in range(12):
+        for k in range(i, 12):
+            out[i, k] += s[i, k]
+
+
+@kernel
+def shift(s, p, r, l0, l1, l2):
+    """Congruence for a lever: rotations r.. of a symmetric s also move the point p.. by rotation x lever."""
+    size = s.shape[0]
+    for i in range(size):
+        for k in range(i + 1, size):
+            s[k, i] = s[i, k]
+    for k in range(size):
+        x, y, z = s[p, k], s[p + 1, k], s[p + 2, k]
+        s[r, k] += l1 * z - l2 * y
+        s[r + 1, k] += l2 * x - l0 * z
+        s[r + 2, k] += l0 * y - l1 * x
+    for i in range(size):
+        x, y, z = s[i, p], s[i, p + 1], s[i, p + 2]
+        s[i, r] += l1 * z - l2 * y
+        s[i, r + 1] += l2 * x - l0 * z
+        s[i, r + 2] += l0 * y - l1 * x
+
+
+@kernel
+def add_bodies(chain, work, n, i, w, b):
+    """Add the rigid bodies on node i of link n to the front."""
+    link = chain.link
+    planar = b == 3
+    for m in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
+        if chain.body_place[m] != i:
+            continue
+        coupling = work.row[:, 18:24]
+        inertia = work.row[:, 24:30]
+        inertia[:] = 0.0
+        r = work.row[0, 0:6]
+        spatial_row(work.node[DISPLACEMENT, i], planar, r)
+        rigid_body.inertia_coupling(
+            chain.body[m], chain.place[i], r, coupling, inertia, work.scratch
+        )
+        for j in range(b):
+            p = 5 if planar and j == 2 else j
+            for k in range(b):
+                q = 5 if planar and k == 2 else k
+                w[j, 2 * b + k] += coupling[p, q]
+                if k >= j:
+                    w[j, k] += chain.body_mass[m, j, k]
+                    w[2 * b + j, 2 * b + k] += inertia[p, q]
+
+
+@kernel
+def factorize(chain, work):
+    """Factorise at the placed configuration; returns 0, or 1 + the link whose pivot is not positive."""
+    link, joint = chain.link, chain.joint
+    index, dependency = chain.index, chain.dependency
+    b = index.shape[1]
+    planar = b == 3
+    w, d = work.front, work.node[DISPLACEMENT]
+    size = 3 * b
+    work.interface[:] = 0.0
+    work.kept[:] = work.frame
+    phi_column, q_column = work.row[2], work.row[3]
+    for n in range(link.shape[0] - 1, -1, -1):
+        first, count = link[n, FIRST], link[n, COUNT]
+        w[:] = 0.0
+        inside = work.interface[n]
+        # the interface is ordered (end node, A), the front (node, node before, A)
+        for i in range(b):
+            for k in range(i, b):
+                w[i, k] = inside[i, k]
+                w[2 * b + i, 2 * b + k] = inside[b + i, b + k]
+            for k in range(b):
+                w[i, 2 * b + k] = inside[i, b + k]
+        for i in range(first + count, first, -1):
+            m = link[n, FIRST_ELEMENT] + i - first - 1
+            e = chain.element[m]
+            if planar:
+                planar_beam.inertia_coupling(e, d, i, work.coupling, w[6:9, 6:9])
+            else:
+                spatial_beam.inertia_coupling(e, d, i, work.coupling, w[12:18, 12:18], work.scratch)
+            full = work.iteration[m]
+            for j in range(2 * b):
+                for k in range(j, 2 * b):
+                    w[j, k] += full[j, k]
+            for j in range(b):
+                for k in range(b):
+                    w[j, 2 * b + k] += work.coupling[b + j, k]
+                    w[b + j, 2 * b + k] += work.coupling[j, k]
+            if e[STIFFENING] > 0.0 and work.scale[0] > 0.0:
+                if planar:
+                    planar_beam.iteration_stiffness(e, d, i, work.scale[0], work.row[4], w)
+                else:
+                    spatial_beam.iteration_stiffness(e, d, i, work.scale[0], work.row[4], w)
+            if link[n, BODIES] > 0:
+                add_bodies(chain, work, n, i, w, b)
+            for p in range(b):
+                if index[i, p] < 0:
+                    fold(w, p, dependency[i, p], b, size)
+            for p in range(b):
+                if index[i, p] < 0:
+                    continue
+                pivot = w[p, p]
+                if not pivot > 0.0:
+                    return n + 1
+                row = work.pivot[i * b + p]
+                inverse = 1.0 / pivot
+                row[size] = inverse
+                for k in range(p + 1, size):
+                    row[k] = w[p, k]
+                for j in range(p + 1, size):
+                    c = inverse * row[j]
+                    for k in range(j, size):
+                        w[j, k] -= c * row[k]
+            # the node before moves to the front
+            for j in range(b):
+                for k in range(b):
+                    if k >= j:
+                        w[j, k] = w[b + j, b + k]
+                    w[j, 2 * b + k] = w[b + j, 2 * b + k]
+                    w[j, b + k] = 0.0
+                    w[b + j, 2 * b + k] = 0.0
+                for k in range(j, b):
+                    w[b + j, b + k] = 0.0
+        if link[n, BODIES] > 0:
+            add_bodies(chain, work, n, first, w, b)
+        # (start node, A): pull the two blocks together
+        z = inside
+        for i in range(b):
+            for k in range(i, b):
+                z[i, k] = w[i, k]
+                z[b + i, b + k] = w[2 * b + i, 2 * b + k]
+            for k in range(b):
+                z[i, b + k] = w[i, 2 * b + k]
+        if not eliminate_joint(chain, work, n, z, b, phi_column, q_column):
+            return n + 1
+        if link[n, PARENT] >= 0:
+            hand_over(chain, work, n, z, b, work.front[0 : 2 * b, 0 : 2 * b])
+    return 0
+
+
+@kernel
+def eliminate_joint(chain, work, n, z, b, phi_column, q_column):
+    """Eliminate the joint's elastic rotation and coordinate from z; False where a pivot is not positive."""
+    link, joint = chain.link, chain.joint
+    moves = link[n, KIND] != FIXED and not work.held[n]
+    has_phi = link[n, PHI] >= 0
+    if not (moves or has_phi):
+        return True
+    rotor = joint[n, ROTOR] + work.scale[1] * joint[n, VISCOUS]
+    joint_vectors(chain, work, n, b, phi_column, q_column)
+    row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
+    across = 0.0
+    size = 2 * b
+    if moves:
+        symmetric_times(z, q_column, row_q, size)
+        pivot = rotor
+        for k in range(size):
+            pivot += q_column[k] * row_q[k]
+    if has_phi:
+        symmetric_times(z, phi_column, row_phi, size)
+        own = rotor
+        for k in range(size):
+            own += phi_column[k] * row_phi[k]
+            if moves:
+                across += phi_column[k] * row_q[k]
+        if not own > 0.0:
+            return False
+        row_phi[size] = 1.0 / own
+        if moves:
+            across += rotor
+            row_phi[size + 1] = across
+            pivot -= across * across / own
+            for k in range(size):
+                row_q[k] -= row_phi[k] * across / own
+        rank_one(z, row_phi, 1.0 / own, size)
+    if moves:
+        if not pivot > 0.0:
+            return False
+        row_q[size] = 1.0 / pivot
+        rank_one(z, row_q, 1.0 / pivot, size)
+    return True
+
+
+@kernel
+def solve(chain, work, rhs, out):
+    """Solve for out (n,) with the factors at hand; rhs (n,) is kept.  Held joints get zero."""
+    link = chain.link
+    index, dependency = chain.index, chain.dependency
+    b = index.shape[1]
+    planar = b == 3
+    size = 3 * b
+    load, answer = work.load, work.answer
+    load[:] = 0.0
+    f = work.row[1]
+    phi_column, q_column = work.row[2], work.row[3]
+    r, s = work.row[0, 0:6], work.row[0, 6:12]
+    for n in range(link.shape[0] - 1, -1, -1):
+        first, count = link[n, FIRST], link[n, COUNT]
+        for k in range(b):
+            f[k] = load[n, k]
+            f[b + k] = 0.0
+            f[2 * b + k] = load[n, b + k]
+        for i in range(first + count, first, -1):
+            for p in range(b):
+                if index[i, p] < 0:
+                    for j in range(2 * b):
+                        f[j] += dependency[i, p, j] * f[p]
+                    f[p] = 0.0
+            for p in range(b):
+                if index[i, p] < 0:
+                    continue
+                row = work.pivot[i * b + p]
+                y = (f[p] + rhs[index[i, p]]) * row[size]
+                out[index[i, p]] = y
+                for k in range(p + 1, size):
+                    f[k] -= row[k] * y
+            for k in range(b):
+                f[k] = f[b + k]
+                f[b + k] = 0.0
+        moves = link[n, KIND] != FIXED and not work.held[n]
+        g = load[n]
+        for k in range(b):
+            g[k] = f[k]
+            g[b + k] = f[2 * b + k]
+        if moves or link[n, PHI] >= 0:
+            joint_vectors(chain, work, n, b, phi_column, q_column)
+            row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
+            y = 0.0
+            if moves:
+                y = rhs[link[n, Q]]
+                for k in range(2 * b):
+                    y += q_column[k] * g[k]
+            if link[n, PHI] >= 0:
+                turn = rhs[link[n, PHI]]
+                for k in range(2 * b):
+                    turn += phi_column[k] * g[k]
+                turn *= row_phi[2 * b]
+                out[link[n, PHI]] = turn
+                y -= row_phi[2 * b + 1] * turn if moves else 0.0
+                for k in range(2 * b):
+                    g[k] -= row_phi[k] * turn
+            if moves:
+                y *= row_q[2 * b]
+                out[link[n, Q]] = y
+                for k in range(2 * b):
+                    g[k] -= row_q[k] * y
+        parent = link[n, PARENT]
+        if parent >= 0:
+            hand_load(chain, work, n, g, r, s, planar)
+    for n in range(link.shape[0]):
+        first, count, parent = link[n, FIRST], link[n, COUNT], link[n, PARENT]
+        z = answer[n]
+        for k in range(2 * b):
+            z[k] = 0.0
+        if parent >= 0:
+            take_answer(chain, work, n, out, z, r, s, planar)
+        moves = link[n, KIND] != FIXED and not work.held[n]
+        if moves or link[n, PHI] >= 0:
+            joint_vectors(chain, work, n, b, phi_column, q_column)
+            row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
+            y = turn = 0.0
+            if moves:
+                y = out[link[n, Q]]
+                for k in range(2 * b):
+                    y -= row_q[2 * b] * row_q[k] * z[k]
+                out[link[n, Q]] = y
+            if link[n, PHI] >= 0:
+                turn = row_phi[2 * b + 1] * y if moves else 0.0
+                for k in range(2 * b):
+                    turn += row_phi[k] * z[k]
+                turn = out[link[n, PHI]] - row_phi[2 * b] * turn
+                out[link[n, PHI]] = turn
+            for k in range(2 * b):
+                z[k] += q_column[k] * y + phi_column[k] * turn
+        if link[n, KIND] != FIXED and not moves:
+            out[link[n, Q]] = 0.0
+        # f holds (node, node before, A)
+        for k in range(b):
+            f[b + k] = z[k]
+            f[2 * b + k] = z[b + k]
+        for i in range(first + 1, first + count + 1):
+            for p in range(b):
+                f[p] = 0.0
+            for p in range(b - 1, -1, -1):
+                if index[i, p] < 0:
+                    continue
+                row = work.pivot[i * b + p]
+                total = 0.0
+                for k in range(p + 1, size):
+                    total += row[k] * f[k]
+                f[p] = out[index[i, p]] - row[size] * total
+                out[index[i, p]] = f[p]
+            for p in range(b):
+                if index[i, p] < 0:
+                    total = 0.0
+                    for j in range(2 * b):
+                        total += dependency[i, p, j] * f[j]
+                    f[p] = total
+            for k in range(b):
+                f[b + k] = f[k]
+        for k in range(b):
+            z[k] = f[b + k]
+
+
+@kernel
+def hand_load(chain, work, n, g, r, s, planar):
+    """Add the load g (start node, A) of link n to its parent's."""
+    link, f = chain.link, work.kept[n]
+    parent = link[n, PARENT]
+    load = work.load[parent]
+    if planar:
+        c, h = f[ROTATION], f[ROTATION + 3]
+        fx, fy = c * g[3] - h * g[4], h * g[3] + c * g[4]
+        load[0] += c * g[0] - h * g[1]
+        load[1] += h * g[0] + c * g[1]
+        load[2] += g[2]
+        load[3] += fx
+        load[4] += fy
+        load[5] += g[5] + f[LEVER] * fy - f[LEVER + 1] * fx
+        return
+    for k in range(6):
+        r[k] = g[k]
+        s[k] = g[6 + k]
+    to_parent(f, r)
+    to_parent(f, s)
+    l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
+    s[3] += l1 * s[2] - l2 * s[1]
+    s[4] += l2 * s[0] - l0 * s[2]
+    s[5] += l0 * s[1] - l1 * s[0]
+    if link[n, KIND] == PRISMATIC:
+        l0 -= chain.joint[parent, TIP]
+        r[3] += l1 * r[2] - l2 * r[1]
+        r[4] += l2 * r[0] - l0 * r[2]
+        r[5] += l0 * r[1] - l1 * r[0]
+    for k in range(6):
+        load[k] += r[k]
+        load[6 + k] += s[k]
+
+
+@kernel
+def take_answer(chain, work, n, out, z, r, s, planar):
+    """Write the parent's part of (start node, A) of link n into z."""
+    link, f = chain.link, work.kept[n]
+    parent = link[n, PARENT]
+    given = work.answer[parent]
+    if planar:
+        c, h = f[ROTATION], f[ROTATION + 3]
+        z[0], z[1], z[2] = c * given[0] + h * given[1], c * given[1] - h * given[0], given[2]
+        x = given[3] - given[5] * f[LEVER + 1]
+        y = given[4] + given[5] * f[LEVER]
+        z[3], z[4], z[5] = c * x + h * y, c * y - h * x, given[5]
+        return
+    for k in range(6):
+        r[k] = given[k]
+        s[k] = given[6 + k]
+    l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
+    s[0] += s[4] * l2 - s[5] * l1
+    s[1] += s[5] * l0 - s[3] * l2
+    s[2] += s[3] * l1 - s[4] * l0
+    if link[n, KIND] == PRISMATIC:
+        l0 -= chain.joint[parent, TIP]
+        r[0] += r[4] * l2 - r[5] * l1
+        r[1] += r[5] * l0 - r[3] * l2
+        r[2] += r[3] * l1 - r[4] * l0
+    to_child(f, r)
+    to_child(f, s)
+    for k in range(6):
+        z[k] = r[k]
+        z[6 + k] = s[k]

@@ -1,0 +1,71 @@
+"""Adaptive references from scipy, Radau (stiff) and DOP853, behind the same step as our own methods."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.integrate import DOP853, Radau
+
+from ..acceleration import NOT_CONVERGED, OK, acceleration, drive_joints
+from ..chain import Workspace
+from ..model import Model
+
+SOLVERS = {"radau": Radau, "dop853": DOP853}
+
+
+class Adaptive:
+    """A scipy solver that runs on across steps and is read at their ends by its dense output.
+
+    It restarts where the drive is not smooth: at every step if `held` (torques held between samples).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        work: Workspace,
+        method: str,
+        torque: Callable[[float], np.ndarray],
+        motion: Callable[[float], np.ndarray],
+        smooth: bool,
+    ) -> None:
+        solver = model.scene.solver
+        self.model, self.work, self.smooth = model, work, smooth
+        self.torque, self.motion = torque, motion
+        self.kind = SOLVERS[method]
+        self.tolerances = {"rtol": solver.relative_tolerance, "atol": solver.absolute_tolerance}
+        self.running: Radau | DOP853 | None = None
+        self.dense = None
+
+    def slope(self, t: float, y: np.ndarray) -> np.ndarray:
+        """dy/dt of y = (x, v)."""
+        n = self.model.unknowns
+        x, v, a = y[:n].copy(), y[n:].copy(), np.zeros(n)
+        drive_joints(self.model.chain, self.work, self.motion(t), x, v, a)
+        if acceleration(self.model.chain, self.work, x, v, self.torque(t), a) != OK:
+            a[:] = np.nan
+        return np.concatenate([v, a])
+
+    def step(self, x: np.ndarray, v: np.ndarray, t: float, h: float) -> int:
+        """Advance x, v (n,) from t by h in place.  Returns a status."""
+        n = self.model.unknowns
+        bound = np.inf if self.smooth else t + h
+        if self.running is None or not self.smooth:
+            y = np.concatenate([x, v])
+            first = min(h, 1e-4)
+            self.running = self.kind(
+                self.slope, t, y, bound, first_step=first, vectorized=False, **self.tolerances
+            )
+        while self.running.t < t + h and self.running.status == "running":
+            self.running.step()
+        if self.running.status == "failed":
+            return NOT_CONVERGED
+        if self.running.t > t + h:
+            y = self.running.dense_output()(t + h)
+        else:
+            y = self.running.y
+        if not np.all(np.isfinite(y)):
+            return NOT_CONVERGED
+        x[:], v[:] = y[:n], y[n:]
+        drive_joints(self.model.chain, self.work, self.motion(t + h), x, v, np.zeros(n))
+        return OK

@@ -1,0 +1,90 @@
+"""Generalized-alpha method (Chung & Hulbert, J. Appl. Mech. 60 (1993) 371): implicit, second order.
+
+Equilibrium is met at the point alpha_f between start and end of the step by modified Newton iterations on
+the end's acceleration; `option` is the spectral radius at infinite frequency.
+"""
+
+from __future__ import annotations
+
+from ..acceleration import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, acceleration, drive_joints, finite
+from ..beam import kernel
+from ..chain import BETA
+from ..dynamics import residual
+from ..factorization import factorize, set_scale, solve
+
+ORDER = 2
+ITERATIONS = 12
+
+
+@kernel
+def start(chain, work, x, v, torque, motion):
+    """Set the method's memory, the acceleration, from a state.  Returns a status."""
+    a = work.memory
+    drive_joints(chain, work, motion, x, v, a)
+    return acceleration(chain, work, x, v, torque, a)
+
+
+@kernel
+def step(chain, work, x, v, torque, motion, h, option):
+    """Advance x, v (n,) by h; torque (3, m) and motion (3, 3, m) at start, middle, end.  Returns a status.
+
+    x, v and the memory stay as they are where the status is not OK.
+    """
+    a = work.memory
+    rhs, da, an = work.vector[0], work.vector[1], work.vector[2]
+    xm, vm, am, xe, ve = work.vector[3:8]
+    n = x.size
+    m = (2.0 * option - 1.0) / (option + 1.0)
+    f = option / (option + 1.0)
+    gamma = 0.5 - m + f
+    quarter = 0.25 * (1.0 - m + f) ** 2
+    damped = chain.setting[BETA]
+    through = (1.0 - f) / (1.0 - m)
+    scale = through * (quarter * h * h + gamma * h * damped)
+    if work.scale[0] != scale or work.scale[1] != through * gamma * h:
+        set_scale(chain, work, scale, through * gamma * h)
+    for i in range(n):
+        an[i] = a[i]
+    norm = 0.0
+    for iteration in range(ITERATIONS):
+        for i in range(n):
+            xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
+            ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
+        drive_joints(chain, work, motion[2], xe, ve, an)
+        for i in range(n):
+            xm[i] = (1.0 - f) * xe[i] + f * x[i]
+            vm[i] = (1.0 - f) * ve[i] + f * v[i]
+            am[i] = (1.0 - m) * an[i] + m * a[i]
+        residual(chain, work, xm, vm, am, between(work, torque, f, da), 0.0, rhs)
+        if iteration == 0 and factorize(chain, work) != 0:
+            return SINGULAR
+        solve(chain, work, rhs, da)
+        size = 0.0
+        for i in range(n):
+            da[i] /= 1.0 - m
+            an[i] += da[i]
+            size = max(size, abs(da[i]) * h * h)
+        if not size < 1e12:
+            return NOT_FINITE
+        norm = size
+        if size < 1e-12:
+            break
+    if norm > 1e-8:
+        return NOT_CONVERGED
+    for i in range(n):
+        xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
+        ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
+    drive_joints(chain, work, motion[2], xe, ve, an)
+    if not finite(xe, ve):
+        return NOT_FINITE
+    for i in range(n):
+        x[i], v[i], a[i] = xe[i], ve[i], an[i]
+    return OK
+
+
+@kernel
+def between(work, torque, f, out):
+    """Torque at the equilibrium point, into the first entries of out."""
+    for i in range(torque.shape[1]):
+        out[i] = (1.0 - f) * torque[2, i] + f * torque[0, i]
+    return out

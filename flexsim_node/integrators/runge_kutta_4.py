@@ -1,0 +1,41 @@
+"""Classical Runge-Kutta method of order four; explicit, so stable only below about 2.8 / highest frequency."""
+
+from __future__ import annotations
+
+from ..acceleration import NOT_FINITE, OK, acceleration, drive_joints, finite
+from ..beam import kernel
+
+ORDER = 4
+
+
+@kernel
+def step(chain, work, x, v, torque, motion, h, option):
+    """Advance x, v (n,) by h; torque (3, m) and motion (3, 3, m) at start, middle, end.  Returns a status.
+
+    x and v stay as they are where the status is not OK.
+    """
+    x2, v2, k = work.vector[0], work.vector[1], work.vector[2]
+    dx, dv = work.vector[3], work.vector[4]
+    n = x.size
+    for i in range(n):
+        x2[i], v2[i], dx[i], dv[i] = x[i], v[i], 0.0, 0.0
+    for stage in range(4):
+        at = 0 if stage == 0 else (2 if stage == 3 else 1)
+        drive_joints(chain, work, motion[at], x2, v2, k)
+        status = acceleration(chain, work, x2, v2, torque[at], k)
+        if status != OK:
+            return status
+        weight = h / 6.0 if at != 1 else h / 3.0
+        reach = h if stage == 2 else 0.5 * h
+        for i in range(n):
+            dx[i] += weight * v2[i]
+            dv[i] += weight * k[i]
+            x2[i], v2[i] = x[i] + reach * v2[i], v[i] + reach * k[i]
+    for i in range(n):
+        x2[i], v2[i] = x[i] + dx[i], v[i] + dv[i]
+    drive_joints(chain, work, motion[2], x2, v2, k)
+    if not finite(x2, v2):
+        return NOT_FINITE
+    for i in range(n):
+        x[i], v[i] = x2[i], v2[i]
+    return OK

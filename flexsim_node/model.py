@@ -1,0 +1,476 @@
+"""From a scene to the immutable arrays of its equations; effects that are off leave no trace here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import spatial_beam
+from .beam import (
+    AXIAL,
+    BEND_Y,
+    BEND_Z,
+    COLUMNS,
+    HERMITE_MASS,
+    INERTIA_Y,
+    INERTIA_Z,
+    LENGTH,
+    MASS,
+    POLAR,
+    QUADRATIC_MASS,
+    SHEAR_Y,
+    SHEAR_Z,
+    START,
+    STIFFENING,
+    TORSION,
+)
+from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
+from .rigid_body import body_vectors, pseudo_inertia
+from .scene import Link, Payload, Scene, SceneError
+from .section import section
+
+PLANAR_DOFS = [0, 1, 5]
+CONDITION_LIMIT = 1e8  # of J_0, beyond which the ERLS is not defined by the zeroed dofs
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot ready to be simulated.
+
+    Attributes
+    ----------
+    chain : the compiled kernels' arrays
+    joints : m, number of joint coordinates, the first unknowns
+    unknowns : n, joint coordinates and free elastic dofs
+    planar : three dofs a node instead of six
+    axes : (L, 3, 3), columns are the beam axes in the link's frame
+    node_link : (N,) link of every node; node_names : (N,)
+    joint_links : (m,) link at whose start each joint sits
+    turn : (m,) unknown of the joint's own elastic rotation, or -1 (joint angle = q + that)
+    """
+
+    scene: Scene
+    chain: Chain
+    joints: int
+    unknowns: int
+    planar: bool
+    axes: np.ndarray
+    node_link: np.ndarray
+    node_names: tuple[str, ...]
+    joint_links: np.ndarray
+    turn: np.ndarray
+
+    @property
+    def elastic(self) -> int:
+        """Number of free elastic dofs."""
+        return self.unknowns - self.joints
+
+
+def rotation_x(angle: float) -> np.ndarray:
+    """(3, 3) rotation about x."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def beam_axes(link: Link) -> tuple[np.ndarray, float]:
+    """Columns x, y, z of the beam axes in the link's frame, and the link's length."""
+    a, d, alpha = link.dh.a, link.dh.d, link.dh.alpha
+    along = np.array([a, d * np.sin(alpha), d * np.cos(alpha)])
+    length = float(np.linalg.norm(along))
+    if length < 1e-9:
+        return np.eye(3), 0.0
+    x = along / length
+    z = np.array([0.0, 0.0, 1.0]) - x[2] * x
+    if np.linalg.norm(z) < 1e-9:
+        z = np.array([1.0, 0.0, 0.0]) - x[0] * x
+    z /= np.linalg.norm(z)
+    return np.column_stack([x, np.cross(z, x), z]), length
+
+
+def is_planar(scene: Scene) -> bool:
+    """Whether nothing in the scene can leave the plane of its joints."""
+
+    def flat(body: Payload | None) -> bool:
+        if body is None or body.mass == 0.0:
+            return True
+        i = body.inertia
+        return body.center_of_mass[2] == 0.0 and (i is None or (i[0][2] == 0.0 and i[1][2] == 0.0))
+
+    zeroed = scene.erls.zeroed
+    return (
+        (scene.gravity[2] == 0.0 or not scene.effects.gravity)
+        and all(
+            abs(link.dh.alpha) < 1e-12
+            and link.dh.d == 0.0
+            and link.joint.type != "prismatic"
+            and flat(link.payload)
+            and flat(link.rigid)
+            for link in scene.links
+        )
+        and (isinstance(zeroed, str) or all(z.dof in ("x", "y", "rz") for z in zeroed))
+    )
+
+
+def element_row(scene: Scene, link: Link, n: int, length: float, flexible: bool) -> np.ndarray:
+    """Column values of element n of a link (see beam.py)."""
+    row = np.zeros(COLUMNS)
+    effects = scene.effects
+    row[START], row[LENGTH] = n * length, length
+    beam = link.beam
+    if beam is None:
+        return row
+    s = section(beam)
+    shear_modulus = beam.youngs_modulus / (2.0 * (1.0 + beam.poissons_ratio))
+    row[MASS] = beam.density * s.area * length
+    if effects.rotary_inertia:
+        row[INERTIA_Y], row[INERTIA_Z] = beam.density * s.iz, beam.density * s.iy
+    elif effects.torsion:
+        row[POLAR] = beam.density * (s.iy + s.iz)
+    if not flexible:
+        return row
+    row[TORSION] = shear_modulus * s.j / length
+    row[AXIAL] = beam.youngs_modulus * s.area / length
+    row[BEND_Z] = beam.youngs_modulus * s.iz / length
+    row[BEND_Y] = beam.youngs_modulus * s.iy / length
+    if effects.shear:
+        phi_z = 12.0 * beam.youngs_modulus * s.iz / (shear_modulus * s.shear_area_y * length**2)
+        phi_y = 12.0 * beam.youngs_modulus * s.iy / (shear_modulus * s.shear_area_z * length**2)
+        row[SHEAR_Z], row[SHEAR_Y] = phi_z / (1.0 + phi_z), phi_y / (1.0 + phi_y)
+    row[STIFFENING] = 1.0 if effects.centrifugal and effects.axial else 0.0
+    return row
+
+
+def element_matrices(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(12, 12) mass and stiffness of an element, nodes ordered (end, start)."""
+    units = np.eye(12)
+    centre = np.zeros((12, 4, 3))
+    turn = np.zeros((12, 3, 3))
+    stiffness = np.zeros((12, 12))
+    for k in range(12):
+        end, start = units[k, :6].copy(), units[k, 6:].copy()
+        spatial_beam.centreline(row, start, end, 0.0, centre[k])
+        spatial_beam.section_rotation(row, start, end, turn[k])
+        force = np.zeros((2, 6))
+        nodes = np.array([start, end])
+        spatial_beam.stiffness_product(row, np.zeros((2, 6)), nodes, 1, 1.0, force)
+        stiffness[k] = np.concatenate([force[1], force[0]])
+    mass = row[MASS] * np.einsum("iak,ab,jbk->ij", centre, HERMITE_MASS, centre)
+    zero = np.zeros((12, 3))
+    x, y, z = turn[:, :, 0], turn[:, :, 1], turn[:, :, 2]
+    for inertia, director in ((row[INERTIA_Y], (-z, zero, x)), (row[INERTIA_Z], (y, -x, zero))):
+        for part in director:
+            mass += inertia * row[LENGTH] * part @ QUADRATIC_MASS @ part.T
+    linear = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
+    for i, p in enumerate((9, 3)):
+        for k, q in enumerate((9, 3)):
+            mass[p, q] += row[POLAR] * row[LENGTH] * linear[i, k]
+    return mass, stiffness
+
+
+def follow(dofs: list[int], comp: int, length: float) -> np.ndarray:
+    """(12,) dependency of a dof that moves with the node before as with a rigid body."""
+    row = np.zeros(12)
+    row[6 + comp] = 1.0
+    if comp == 1:
+        row[6 + 5] = length
+    if comp == 2:
+        row[6 + 4] = -length
+    return row
+
+
+def build_model(scene: Scene, planar: bool | None = None) -> Model:
+    """Build the arrays of a scene's equations.
+
+    Parameters
+    ----------
+    planar : three dofs a node where True, six where False; found from the scene where None
+
+    Raises
+    ------
+    SceneError
+        where the zeroed dofs don't define the ERLS
+    """
+    if planar is None:
+        planar = is_planar(scene)
+    effects = scene.effects
+    dofs = PLANAR_DOFS if planar else list(range(6))
+    b = len(dofs)
+    both = dofs + [6 + k for k in dofs]
+    links = len(scene.links)
+    link_table = np.zeros((links, 9), dtype=np.int64)
+    joint_table = np.zeros((links, 12))
+    rotation = np.zeros((links, 3, 3, 3))
+    axes = np.zeros((links, 3, 3))
+    elements, masses, stiffnesses = [], [], []
+    index: list[np.ndarray] = []
+    dependency: list[np.ndarray] = []
+    bodies, body_masses, body_nodes, places = [], [], [], []
+    node_link, node_names = [], []
+    joint_links, turns = [], []
+    lengths = np.zeros(links)
+    moving = sum(link.joint.type != "fixed" for link in scene.links)
+    unknowns = moving
+    zeroed = zeroed_directions(scene)
+    spin = np.zeros((3, 3, 3))
+    spin[0, 2, 2] = spin[1, 0, 0] = spin[1, 1, 1] = 1.0
+    spin[2, 0, 1], spin[2, 1, 0] = -1.0, 1.0
+    before = np.eye(3)
+    for n, link in enumerate(scene.links):
+        axes[n], length = beam_axes(link)
+        lengths[n] = length
+        inside = rotation_x(link.dh.alpha) @ axes[n]
+        for k in range(3):
+            rotation[n, k] = before.T @ spin[k] @ inside
+        joint = link.joint
+        kind = {"fixed": FIXED, "revolute": REVOLUTE, "prismatic": PRISMATIC}[joint.type]
+        joint_table[n, 0] = length
+        joint_table[n, 1:4] = inside[2]
+        joint_table[n, 4:7] = before[2]
+        joint_table[n, 7] = link.dh.theta
+        if effects.joint_friction:
+            joint_table[n, 8:11] = joint.viscous_friction, joint.coulomb_friction, joint.coulomb_speed
+        if effects.rotor_inertia:
+            joint_table[n, 11] = joint.rotor_inertia * joint.gear_ratio**2
+        before = axes[n]
+        flexible = link.flexible and link.beam is not None
+        count = link.beam.elements if flexible and link.beam else (1 if length > 0.0 else 0)
+        first = len(index)
+        q = phi = -1
+        if kind != FIXED:
+            q = len(joint_links)
+            joint_links.append(n)
+            if kind == REVOLUTE and (0, 5) not in zeroed[n]:
+                phi = unknowns
+                unknowns += 1
+            turns.append(phi)
+        link_table[n] = kind, q, phi, first, count, len(elements), n - 1, len(bodies), 0
+        step = length / count if count else 0.0
+        free = [
+            flexible and bool(on)
+            for on in (
+                effects.axial,
+                effects.bending_z,
+                effects.bending_y,
+                effects.torsion,
+                effects.bending_y,
+                effects.bending_z,
+            )
+        ]
+        for i in range(count + 1):
+            node_link.append(n)
+            node_names.append(f"{link.name}/{i}")
+            places.append(i * step)
+            row = np.full(6, -1, dtype=np.int64)
+            depends = np.zeros((6, 12))
+            if i > 0:
+                for k in range(6):
+                    if not free[k]:
+                        depends[k] = follow(dofs, k, step)
+                for (node, _), direction in zeroed[n].items():
+                    if node == i:
+                        k = int(np.argmax(np.abs(direction)))
+                        depends[k] = np.concatenate([-direction / direction[k], np.zeros(6)])
+                        depends[k, k] = 0.0
+                        free_here = [*free]
+                        free_here[k] = False
+                        row[k] = -2
+                for k in dofs:
+                    if free[k] and row[k] != -2:
+                        row[k] = unknowns
+                        unknowns += 1
+                row[row == -2] = -1
+            index.append(row[dofs])
+            dependency.append(depends[np.ix_(dofs, both)])
+        for i in range(count):
+            values = element_row(scene, link, i, step, flexible)
+            mass, stiffness = element_matrices(values)
+            elements.append(values)
+            masses.append(mass[np.ix_(both, both)])
+            stiffnesses.append(stiffness[np.ix_(both, both)])
+        for body in (link.rigid, link.payload):
+            if body is None or body.mass == 0.0:
+                continue
+            inertia = np.array(body.inertia) if body.inertia else np.zeros((3, 3))
+            matrix = pseudo_inertia(
+                body.mass,
+                axes[n].T @ np.array(body.center_of_mass),
+                axes[n].T @ inertia @ axes[n],
+            )
+            bodies.append(matrix)
+            body_masses.append(body_mass(matrix)[np.ix_(dofs, dofs)])
+            body_nodes.append(first + count)
+            link_table[n, 8] += 1
+    gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
+    damping = scene.damping if effects.damping else None
+    chain = Chain(
+        link=link_table,
+        joint=joint_table,
+        rotation=rotation,
+        element=np.array(elements).reshape(-1, COLUMNS),
+        mass=np.array(masses).reshape(-1, 2 * b, 2 * b),
+        stiffness=np.array(stiffnesses).reshape(-1, 2 * b, 2 * b),
+        index=np.array(index),
+        dependency=np.array(dependency),
+        body=np.array(bodies).reshape(-1, 4, 4),
+        body_mass=np.array(body_masses).reshape(-1, b, b),
+        body_place=np.array(body_nodes, dtype=np.int64),
+        place=np.array(places),
+        setting=np.array([*gravity, damping.alpha if damping else 0.0, damping.beta if damping else 0.0]),
+    )
+    for array in chain:
+        array.setflags(write=False)
+    model = Model(
+        scene=scene,
+        chain=chain,
+        joints=moving,
+        unknowns=unknowns,
+        planar=planar,
+        axes=axes,
+        node_link=np.array(node_link),
+        node_names=tuple(node_names),
+        joint_links=np.array(joint_links, dtype=np.int64),
+        turn=np.array(turns, dtype=np.int64),
+    )
+    q0 = np.array(scene.initial.position or np.zeros(moving))
+    condition = erls_condition(model, zeroed, q0)
+    if not condition < CONDITION_LIMIT:
+        raise SceneError(
+            f"{scene.name}: erls.zeroed: J_0 is singular (condition {condition:.1e}) at the initial position:"
+            " the zeroed dofs don't hold every joint; give root, or for each joint a dof that turns with it"
+        )
+    return model
+
+
+def body_mass(matrix: np.ndarray) -> np.ndarray:
+    """(6, 6) mass matrix of a body over the dofs of its node."""
+    vectors = np.zeros((6, 4, 3))
+    for k, unit in enumerate(np.eye(6)):
+        body_vectors(unit, 0.0, 0.0, vectors[k])
+    return np.einsum("iak,ab,jbk->ij", vectors, matrix, vectors)
+
+
+def zeroed_directions(scene: Scene) -> list[dict[tuple[int, int], np.ndarray]]:
+    """For each link the zeroed dofs: (node, dof about the joint's frame) to a direction (6,) in beam axes."""
+    found: list[dict[tuple[int, int], np.ndarray]] = [{} for _ in scene.links]
+    zeroed = scene.erls.zeroed
+    if isinstance(zeroed, tuple):
+        listed_directions(scene, found)
+        return found
+    for n, link in enumerate(scene.links):
+        if link.joint.type != "revolute":
+            continue
+        beam = link.beam
+        axes, length = beam_axes(link)
+        if zeroed == "chord" and beam is not None and link.flexible:
+            axis = (rotation_x(link.dh.alpha) @ axes)[2]
+            across = np.cross(axis, [1.0, 0.0, 0.0])
+            direction = np.zeros(6)
+            effects = scene.effects
+            if np.linalg.norm(across) > 1e-6:
+                if (effects.bending_z or not across[1]) and (effects.bending_y or not across[2]):
+                    direction[:3] = across / np.linalg.norm(across)
+                    found[n][beam.elements, 1] = direction
+                    continue
+            elif effects.torsion:
+                direction[3] = 1.0
+                found[n][beam.elements, 3] = direction
+                continue
+        found[n][0, 5] = np.zeros(6)
+    return found
+
+
+def listed_directions(scene: Scene, found: list[dict[tuple[int, int], np.ndarray]]) -> None:
+    """Directions of an explicit list of zeroed dofs."""
+    zeroed = scene.erls.zeroed
+    assert isinstance(zeroed, tuple)
+    names = [link.name for link in scene.links]
+    letters = ("x", "y", "z", "rx", "ry", "rz")
+    moving = sum(link.joint.type == "revolute" for link in scene.links)
+    if len(zeroed) != moving:
+        raise SceneError(
+            f"{scene.name}: erls.zeroed: lists {len(zeroed)} dofs for {moving} revolute joints; give one a joint"
+        )
+    for number, entry in enumerate(zeroed):
+        where = f"{scene.name}: erls.zeroed.{number}"
+        n = names.index(entry.link)
+        link = scene.links[n]
+        dof = letters.index(entry.dof)
+        if entry.node == 0:
+            if dof != 5:
+                raise SceneError(
+                    f"{where}: dof {entry.dof} of node 0 is shared with the link before; only rz is the joint's own"
+                )
+            if link.joint.type != "revolute":
+                raise SceneError(f"{where}: {link.name} has no revolute joint; leave it out")
+            found[n][0, 5] = np.zeros(6)
+            continue
+        if link.beam is None or not link.flexible:
+            raise SceneError(f"{where}: {link.name} is rigid; give node: 0, dof: rz")
+        if entry.node > link.beam.elements:
+            raise SceneError(
+                f"{where}: {link.name} has no node {entry.node}; its end is node {link.beam.elements}"
+            )
+        axes, _ = beam_axes(link)
+        inside = rotation_x(link.dh.alpha) @ axes
+        direction = np.zeros(6)
+        half = slice(0, 3) if dof < 3 else slice(3, 6)
+        direction[half] = np.where(np.abs(inside[dof % 3]) < 1e-12, 0.0, inside[dof % 3])
+        effects = scene.effects
+        on = (effects.axial, effects.bending_z, effects.bending_y)
+        on += (effects.torsion, effects.bending_y, effects.bending_z)
+        if any(direction[k] != 0.0 and not on[k] for k in range(6)):
+            raise SceneError(f"{where}: dof {entry.dof} belongs to an effect that is off; give another")
+        if (entry.node, dof) in found[n]:
+            raise SceneError(f"{where}: is listed twice; give one dof a joint")
+        found[n][entry.node, dof] = direction
+
+
+def erls_condition(
+    model: Model, zeroed: list[dict[tuple[int, int], np.ndarray]], q: np.ndarray
+) -> float:
+    """Condition of J_0 (thesis 2.16): how the zeroed dofs of the rigid links move with the joints."""
+    twists = rigid_twists(model, q)
+    rows = []
+    revolute = [k for k, n in enumerate(model.joint_links) if model.chain.link[n, 0] == REVOLUTE]
+    if not revolute:
+        return 1.0
+    for n, directions in enumerate(zeroed):
+        first, count = model.chain.link[n, 3], model.chain.link[n, 4]
+        for (node, _), direction in directions.items():
+            if node == 0:
+                # relative to the link before: q itself
+                row = np.zeros(model.joints)
+                row[model.chain.link[n, 1]] = 1.0
+                rows.append(row)
+                continue
+            x = model.chain.place[first + node]
+            length = model.chain.place[first + count]
+            point = twists[n, :3] + np.cross(twists[n, 3:], [x, 0.0, 0.0], axis=0)
+            rows.append((direction[:3] @ point) / length + direction[3:] @ twists[n, 3:])
+    return float(np.linalg.cond(np.array(rows)[:, revolute]))
+
+
+def rigid_twists(model: Model, q: np.ndarray) -> np.ndarray:
+    """(L, 6, m) velocity (linear at the start, angular) of each body frame for unit joint rates, body axes."""
+    chain = model.chain
+    links = len(chain.link)
+    twists = np.zeros((links, 6, model.joints))
+    for n in range(links):
+        kind, k, parent = chain.link[n, 0], chain.link[n, 1], chain.link[n, 6]
+        value = q[k] if kind != FIXED else 0.0
+        angle = chain.joint[n, 7] + (value if kind == REVOLUTE else 0.0)
+        turn = chain.rotation[n, 0] + np.cos(angle) * chain.rotation[n, 1] + np.sin(angle) * chain.rotation[n, 2]
+        lever = value * chain.joint[n, 4:7] if kind == PRISMATIC else np.zeros(3)
+        linear = angular = np.zeros((3, model.joints))
+        if parent >= 0:
+            lever = lever + [chain.joint[parent, 0], 0.0, 0.0]
+            angular = twists[parent, 3:]
+            linear = twists[parent, :3] + np.cross(angular, lever, axis=0)
+        twists[n, :3] = turn.T @ linear
+        twists[n, 3:] = turn.T @ angular
+        if kind == REVOLUTE:
+            twists[n, 3:, k] += chain.joint[n, 1:4]
+        elif kind == PRISMATIC:
+            twists[n, :3, k] += chain.joint[n, 1:4]
+    return twists

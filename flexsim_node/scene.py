@@ -1,0 +1,447 @@
+"""Scene files: YAML in, a checked and immutable `Scene` out, every refusal with file, line and remedy."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError
+
+
+class SceneError(ValueError):
+    """A scene that can't be simulated: FILE:LINE: key: what is wrong; what would be right."""
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        hint = " (a number without its unit; SI units are understood)" if isinstance(value, str) else ""
+        raise ValueError(f"is {value!r}; give a number{hint}")
+    if not math.isfinite(value):
+        raise ValueError(f"is {value!r}; give a finite number")
+    return float(value)
+
+
+def _between(low: float, high: float, unit: str, advice: str = "", open_low: bool = False) -> Any:
+    def check(value: float) -> float:
+        if value > high or value < low or (open_low and value <= low):
+            bracket = "more than" if open_low else "at least"
+            raise ValueError(
+                f"is {value:g}; give {bracket} {low:g} and at most {high:g} {unit}".rstrip()
+                + (f" ({advice})" if advice else "")
+            )
+        return value
+
+    return AfterValidator(check)
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Length = Annotated[Number, _between(-1e3, 1e3, "m", "metres, not millimetres")]
+Angle = Annotated[Number, _between(-4 * math.pi, 4 * math.pi, "rad", "radians, not degrees")]
+Side = Annotated[Number, _between(0.0, 10.0, "m", "metres, not millimetres", open_low=True)]
+Density = Annotated[
+    Number, _between(1.0, 1e5, "kg/m3", "steel has 7800 kg/m3, not 7.8 g/cm3", open_low=True)
+]
+Modulus = Annotated[
+    Number, _between(1e4, 1e15, "Pa", "steel has 2e11 Pa, not 200 GPa", open_low=True)
+]
+Positive = Annotated[Number, _between(0.0, math.inf, "", open_low=True)]
+NotNegative = Annotated[Number, _between(0.0, math.inf, "")]
+Vector = Annotated[tuple[Number, ...], Field(min_length=3, max_length=3)]
+Switch = bool | Literal["auto"]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+
+class DenavitHartenberg(_Part):
+    """Standard parameters, A = Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+
+    a: Length = 0.0
+    alpha: Angle = 0.0
+    d: Length = 0.0
+    theta: Angle = 0.0
+
+
+class Joint(_Part):
+    """The joint at a link's start; q adds to theta or to d."""
+
+    name: str = ""
+    type: Literal["fixed", "revolute", "prismatic"] = "revolute"
+    effort_limit: Positive | None = None
+    viscous_friction: NotNegative = 0.0
+    coulomb_friction: NotNegative = 0.0
+    coulomb_speed: Positive = 1e-2
+    rotor_inertia: NotNegative = 0.0
+    gear_ratio: Positive = 1.0
+    stiffness: Positive | None = None
+    damping: NotNegative = 0.0
+
+
+class Beam(_Part):
+    """A prismatic beam: rectangular by width (beam y) and depth (beam z), or by its section's constants."""
+
+    width: Side | None = None
+    depth: Side | None = None
+    area: Positive | None = None
+    iy: Positive | None = None
+    iz: Positive | None = None
+    j: Positive | None = None
+    shear_area_y: Positive | None = None
+    shear_area_z: Positive | None = None
+    density: Density
+    youngs_modulus: Modulus
+    poissons_ratio: Annotated[Number, _between(-0.99, 0.5, "")] = 0.3
+    elements: Annotated[int, Field(ge=1, le=1000, strict=True)] = 2
+
+    @model_validator(mode="after")
+    def _section(self) -> Beam:
+        rectangle = [self.width, self.depth]
+        constants = [self.area, self.iy, self.iz, self.j]
+        if any(v is not None for v in rectangle) and any(v is not None for v in constants):
+            raise ValueError("has both width/depth and area/iy/iz/j; give one of the two")
+        if all(v is None for v in rectangle + constants):
+            raise ValueError("has no section; give width and depth, or area, iy, iz and j")
+        for names, values in (
+            (("width", "depth"), rectangle),
+            (("area", "iy", "iz", "j"), constants),
+        ):
+            if any(v is not None for v in values) and any(v is None for v in values):
+                missing = [n for n, v in zip(names, values, strict=True) if v is None]
+                raise ValueError(f"lacks {', '.join(missing)}; give {', '.join(names)}")
+        return self
+
+
+class Payload(_Part):
+    """A rigid body on the link's end; inertia about its centre of mass, in the link's frame."""
+
+    mass: NotNegative = 0.0
+    center_of_mass: Vector = (0.0, 0.0, 0.0)
+    inertia: tuple[Vector, Vector, Vector] | None = None
+
+    @model_validator(mode="after")
+    def _physical(self) -> Payload:
+        if self.inertia is None:
+            return self
+        m = self.inertia
+        scale = max(abs(x) for row in m for x in row) or 1.0
+        if any(abs(m[i][k] - m[k][i]) > 1e-9 * scale for i in range(3) for k in range(3)):
+            raise ValueError("has an inertia that is not symmetric; give a symmetric 3 x 3 matrix")
+        import numpy as np
+
+        moments = np.linalg.eigvalsh(np.array(m))
+        if moments[0] < -1e-9 * scale or moments[2] > moments[0] + moments[1] + 1e-9 * scale:
+            raise ValueError(
+                "has an inertia that no body can have; its principal moments must not be negative"
+                " and none may exceed the sum of the other two"
+            )
+        return self
+
+
+class Link(_Part):
+    """One link of the chain with the joint at its start."""
+
+    name: str
+    dh: DenavitHartenberg = DenavitHartenberg()
+    joint: Joint = Joint()
+    beam: Beam | None = None
+    flexible: bool = True
+    rigid: Payload | None = None
+    payload: Payload = Payload()
+
+    @property
+    def length(self) -> float:
+        """Distance from O_{l-1} to O_l at q = 0, m."""
+        return math.hypot(self.dh.a, self.dh.d)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Link:
+        if self.beam is not None and self.length < 1e-9:
+            raise ValueError("has a beam but no length; give dh a or d, or replace beam by rigid")
+        if self.beam is not None and self.rigid is not None:
+            raise ValueError("has both beam and rigid; give one of the two (payload adds a body)")
+        if self.beam is not None and self.flexible:
+            b = self.beam
+            shortest = self.length / b.elements
+            if b.width is not None and b.depth is not None and shortest < 1e-6:
+                raise ValueError("has elements shorter than 1e-6 m; give fewer elements")
+        return self
+
+
+class ZeroedDof(_Part):
+    """A nodal dof of the elastic displacement that is zero, so that the ERLS is defined.
+
+    `node` counts from 0 at the link's start.  The axes are those of the link's joint: z along the joint's
+    axis, x along x_l; where dh alpha is zero these are the axes of the link's frame.
+    """
+
+    link: str
+    node: Annotated[int, Field(ge=0, strict=True)]
+    dof: Literal["x", "y", "z", "rx", "ry", "rz"]
+
+
+class Erls(_Part):
+    zeroed: Literal["root", "chord", "auto"] | tuple[ZeroedDof, ...] = "root"
+
+
+class Damping(_Part):
+    """Rayleigh's coefficients."""
+
+    alpha: NotNegative = 0.0
+    beta: NotNegative = 0.0
+
+
+class Initial(_Part):
+    position: tuple[Number, ...] | None = None
+    velocity: tuple[Number, ...] | None = None
+    shape: Literal["undeformed", "static"] = "undeformed"
+
+
+class Effects(_Part):
+    """What is simulated; an effect that is off is not computed."""
+
+    gravity: Switch = True
+    axial: Switch = True
+    torsion: Switch = True
+    bending_y: Switch = True
+    bending_z: Switch = True
+    shear: Switch = False
+    rotary_inertia: Switch = True
+    centrifugal: Switch = True
+    damping: Switch = True
+    joint_friction: Switch = True
+    rotor_inertia: Switch = True
+
+
+class Solver(_Part):
+    method: Literal["rosenbrock_w", "generalized_alpha", "runge_kutta_4", "radau", "dop853"] = (
+        "rosenbrock_w"
+    )
+    step: Annotated[Number, _between(1e-7, 1.0, "s", "seconds", open_low=True)] = 1e-3
+    spectral_radius: Annotated[Number, _between(0.0, 1.0, "")] = 0.8
+    relative_tolerance: Positive = 1e-8
+    absolute_tolerance: Positive = 1e-10
+
+
+class Scene(_Part):
+    """A robot scene, as design.md's section on scene files lays it down."""
+
+    model: Literal["robot"]
+    name: str
+    source: str = ""
+    gravity: Vector = (0.0, 0.0, -9.81)
+    damping: Damping = Damping()
+    links: Annotated[tuple[Link, ...], Field(min_length=1)]
+    erls: Erls = Erls()
+    initial: Initial = Initial()
+    effects: Effects = Effects()
+    solver: Solver = Solver()
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The joints that move, in the order of q."""
+        return tuple(link.joint for link in self.links if link.joint.type != "fixed")
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Their names; a joint without one is called after its link."""
+        return tuple(
+            link.joint.name or f"{link.name}_joint"
+            for link in self.links
+            if link.joint.type != "fixed"
+        )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scene:
+        names = [link.name for link in self.links]
+        for kind, several in (("link", names), ("joint", list(self.joint_names))):
+            twice = sorted({n for n in several if several.count(n) > 1})
+            if twice:
+                raise ValueError(f"has two {kind}s named {twice[0]!r}; give each its own name")
+        m = len(self.joints)
+        if m == 0:
+            raise ValueError("has no joint that moves; make one revolute or prismatic")
+        for key in ("position", "velocity"):
+            given = getattr(self.initial, key)
+            if given is not None and len(given) != m:
+                raise ValueError(
+                    f"has initial.{key} with {len(given)} values for {m} joints; give {m}"
+                )
+        for zeroed in self.erls.zeroed if isinstance(self.erls.zeroed, tuple) else ():
+            if zeroed.link not in names:
+                near = difflib.get_close_matches(zeroed.link, names, 1)
+                raise ValueError(
+                    f"zeroes a dof of link {zeroed.link!r}, which does not exist; "
+                    f"give {near[0] if near else 'one of ' + ', '.join(names)}"
+                )
+        return self
+
+
+def _line(document: Any, path: tuple[Any, ...]) -> int | None:
+    """Line (from 1) of a key in a ruamel document, or of the nearest parent that has one."""
+    line = None
+    for key in path:
+        try:
+            if isinstance(document, Mapping):
+                line = document.lc.key(key)[0] + 1
+            else:
+                line = document.lc.item(key)[0] + 1
+            document = document[key]
+        except (AttributeError, KeyError, IndexError, TypeError):
+            break
+    return line
+
+
+def _keys_beside(document: Any, path: tuple[Any, ...]) -> list[str]:
+    """Field names that a scene may have where the unknown key `path` stands."""
+    model: Any = Scene
+    for key in path[:-1]:
+        if isinstance(key, int):
+            continue
+        field = getattr(model, "model_fields", {}).get(key)
+        if field is None:
+            return []
+        found = [a for a in _annotations(field.annotation) if hasattr(a, "model_fields")]
+        if not found:
+            return []
+        model = found[0]
+    return list(model.model_fields)
+
+
+def _annotations(annotation: Any) -> list[Any]:
+    inner = getattr(annotation, "__args__", ())
+    return [annotation] + [a for part in inner for a in _annotations(part)]
+
+
+def _explain(error: Any, document: Any, source: str) -> str:
+    """One line for pydantic's first complaint."""
+    path = tuple(
+        k for k in error["loc"] if not (isinstance(k, str) and ("tuple[" in k or "literal[" in k or k in ("bool", "Payload")))
+    )
+    line = _line(document, path)
+    where = f"{source}:{line}" if line else source
+    key = ".".join(str(k) for k in path) or "scene"
+    kind, message = error["type"], error["msg"]
+    if kind == "extra_forbidden":
+        allowed = _keys_beside(document, path)
+        near = difflib.get_close_matches(str(path[-1]), allowed, 1)
+        right = f"did you mean {near[0]!r}?" if near else f"known here: {', '.join(allowed)}"
+        return f"{where}: {key}: unknown key; {right}"
+    if kind == "missing":
+        return f"{where}: {key}: is missing; give it"
+    if kind == "value_error":
+        return f"{where}: {key}: {message.removeprefix('Value error, ')}"
+    value = error.get("input")
+    shown = repr(value) if not isinstance(value, (Mapping, list)) else type(value).__name__
+    return f"{where}: {key}: is {shown}; {message[0].lower() + message[1:]}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return tuple(_plain(v) for v in value)
+    if isinstance(value, bool) or value is None or isinstance(value, str):
+        return value
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return float(value)
+    return value.item() if hasattr(value, "item") else value
+
+
+def _override(document: dict[str, Any], key: str, value: Any) -> None:
+    """Set a dotted key, `links.0.beam.elements` or `links.link_1.beam.elements`, in a plain document."""
+    parts = key.split(".")
+    place: Any = document
+    for n, part in enumerate(parts):
+        last = n == len(parts) - 1
+        if isinstance(place, list):
+            names = [item.get("name") if isinstance(item, dict) else None for item in place]
+            if part in names:
+                at = names.index(part)
+            elif part.isdigit() and int(part) < len(place):
+                at = int(part)
+            else:
+                raise SceneError(f"override {key}: no {part!r} in {'.'.join(parts[:n])}")
+            if last:
+                place[at] = value
+            else:
+                place = place[at]
+        elif isinstance(place, dict):
+            if last:
+                place[part] = value
+            else:
+                place = place.setdefault(part, {})
+        else:
+            raise SceneError(f"override {key}: {'.'.join(parts[:n])} has no keys below it")
+
+
+def _thawed(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {k: _thawed(v) for k, v in value.items()}
+    return [_thawed(v) for v in value] if isinstance(value, tuple) else value
+
+
+def load_scene(
+    scene: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None
+) -> Scene:
+    """Read and check a robot scene.
+
+    Parameters
+    ----------
+    scene : path of a YAML file, or its content as a dict
+    overrides : dotted keys and values that replace what the scene says, e.g. {"solver.step": 5e-4},
+        {"links.link_1.beam.elements": 4}
+
+    Raises
+    ------
+    SceneError
+        One line: file, line, key, what is wrong and what would be right.
+    """
+    if isinstance(scene, Mapping):
+        source, document = "scene", scene
+    else:
+        path = Path(scene)
+        source = str(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            raise SceneError(f"{source}: no such file; give the path of a scene") from None
+        except (OSError, UnicodeDecodeError) as problem:
+            raise SceneError(f"{source}: can't be read ({problem}); give a YAML file") from None
+        try:
+            document = YAML(typ="rt", pure=True).load(text)
+        except MarkedYAMLError as problem:
+            mark = problem.problem_mark
+            line = mark.line + 1 if mark else 1
+            raise SceneError(f"{source}:{line}: not YAML: {problem.problem}") from None
+        except Exception as problem:  # ruamel raises several kinds for broken documents
+            raise SceneError(f"{source}: not YAML: {problem}") from None
+        if not isinstance(document, Mapping):
+            raise SceneError(f"{source}:1: not a scene; give keys such as model, name, links")
+    kind = document.get("model")
+    if kind != "robot":
+        line = _line(document, ("model",)) or 1
+        raise SceneError(f"{source}:{line}: model: is {kind!r}; give 'robot' for a flexible robot")
+    plain = _thawed(_plain(document))
+    for key, value in (overrides or {}).items():
+        _override(plain, key, _thawed(_plain(value)))
+    try:
+        return Scene.model_validate(plain)
+    except ValidationError as problem:
+        errors = problem.errors()
+        raise SceneError(_explain(errors[0], document, source)) from None
