@@ -138,6 +138,9 @@ def view_live(
             robot = live.LiveRobot(node, recording, scale=scale, rate=rate)
             robot.run(stopped, duration)
             recording.flush()
+    if not robot.rows:
+        target.discard()
+        raise RuntimeError("the robot published neither elastic states nor joint states")
     if as_json:
         rows = robot.rows
         print_json({"scene": str(path), "recording": save, "scale": scale, "rows": rows})

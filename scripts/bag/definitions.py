@@ -11,10 +11,9 @@ from pathlib import Path
 
 from .errors import BagError
 
-PRIMITIVES = frozenset(
-    ("bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16")
-    + ("int32", "uint32", "int64", "uint64", "string", "wstring")
-)
+PRIMITIVES = {"bool", "byte", "char", "float32", "float64", "string", "wstring"} | {
+    f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
+}
 FIELD = re.compile(r"^([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
 CONSTANT = re.compile(r"^[\w/<=]+\s+[A-Za-z]\w*\s*=")
 

@@ -125,9 +125,8 @@ class RobotView:
         )
         # The trace is made of steps, of which the view shows the last second.
         tip = shown[:, -1]
-        steps = np.stack(
-            [np.vstack([tip[:1] if self._tip is None else self._tip, tip[:-1]]), tip], 1
-        )
+        before = np.vstack([tip[:1] if self._tip is None else self._tip, tip[:-1]])
+        steps = np.stack([before, tip], axis=1)
         self._tip = tip[-1:]
         self.recording.send_columns(
             "robot/tip", indexes=index, columns=rr.LineStrips3D.columns(strips=steps)

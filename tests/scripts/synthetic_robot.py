@@ -1,12 +1,14 @@
 """A stand-in for flexsim_node: publishes a swinging, bending three-link arm, fast and exactly.
 
-Run as its own process: `python synthetic_robot.py MESSAGES RATE [NODES_PER_LINK]`. It publishes
-MESSAGES joint states and as many elastic states, then a last diagnostic message, waits until all
-of it is acknowledged, and ends.
+Run as its own process: `python synthetic_robot.py MESSAGES RATE [--nodes-per-link 3]`. Once
+somebody listens it publishes one command, MESSAGES joint states and as many elastic states, and a
+last diagnostic message; when all of it is acknowledged it prints "published" and stays until its
+standard input ends.
 """
 
 from __future__ import annotations
 
+import argparse
 import array
 import sys
 import time
@@ -45,8 +47,15 @@ def shape(t: np.ndarray, nodes_per_link: int) -> tuple[np.ndarray, np.ndarray, n
 
 def main() -> None:
     """Publish."""
-    messages, rate = int(sys.argv[1]), float(sys.argv[2])
-    nodes_per_link = int(sys.argv[3]) if len(sys.argv) > 3 else 3
+    parser = argparse.ArgumentParser()
+    parser.add_argument("messages", type=int)
+    parser.add_argument("rate", type=float)
+    parser.add_argument("--nodes-per-link", type=int, default=3)
+    parser.add_argument(
+        "--for-view", action="store_true", help="states are all that is listened to"
+    )
+    arguments = parser.parse_args()
+    messages, rate, nodes_per_link = arguments.messages, arguments.rate, arguments.nodes_per_link
     import rclpy
     from builtin_interfaces.msg import Time
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -99,7 +108,7 @@ def main() -> None:
         prepared.append((serialize_message(joint), serialize_message(state)))
 
     # Whoever listens must be there first, or the counts would be a matter of luck.
-    wanted = (joints, states, commands, diagnostics)
+    wanted = (joints, states) if arguments.for_view else (joints, states, commands, diagnostics)
     end = time.monotonic() + 20.0
     while any(p.get_subscription_count() == 0 for p in wanted) and time.monotonic() < end:
         time.sleep(0.02)

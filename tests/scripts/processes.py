@@ -1,0 +1,90 @@
+"""Ways to run the command, and a synthetic robot, as processes of their own."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+SYNTHETIC = Path(__file__).with_name("synthetic_robot.py")
+# Above 101 a domain's ports reach into those that Linux hands out to anybody.
+DOMAINS = itertools.cycle(random.SystemRandom().sample(range(1, 101), 100))
+
+
+def ros_environment() -> dict[str, str]:
+    """Return an environment whose nodes no other test can see."""
+    environment = dict(os.environ)
+    environment.pop("DISPLAY", None)
+    environment.pop("WAYLAND_DISPLAY", None)
+    environment["ROS_DOMAIN_ID"] = str(next(DOMAINS))
+    environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    return environment
+
+
+def flexsim(*words: object, **options: object) -> subprocess.CompletedProcess[str]:
+    """Run the command to its end."""
+    settings = {"env": ros_environment(), "timeout": 60, **options}
+    return subprocess.run(command(*words), capture_output=True, text=True, **settings)
+
+
+def command(*words: object) -> list[str]:
+    """Return the command line of `flexsim` in this Python."""
+    start = "from flexsim.cli import main; main()"
+    return [sys.executable, "-c", start, *map(str, words)]
+
+
+class Background:
+    """A process that runs while a test goes on, and its output line by line."""
+
+    def __init__(self, words: list[str], environment: dict[str, str], folder: Path) -> None:
+        self.output = folder / f"{time.monotonic_ns()}.out"
+        self.errors = self.output.with_suffix(".err")
+        with self.output.open("w") as out, self.errors.open("w") as err:
+            self.process = subprocess.Popen(
+                words, env=environment, stdin=subprocess.PIPE, stdout=out, stderr=err
+            )
+
+    def wait_for(self, text: str, timeout: float = 40.0) -> None:
+        """Wait until the process has printed something."""
+        end = time.monotonic() + timeout
+        while text not in self.output.read_text() + self.errors.read_text():
+            if time.monotonic() > end or self.process.poll() is not None:
+                pytest.fail(f"no '{text}' from {self.process.args}: {self.errors.read_text()}")
+            time.sleep(0.02)
+
+    def end(self, number: int = signal.SIGINT) -> int:
+        """Send a signal and return the exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        return self.process.wait(20)
+
+    def release(self) -> None:
+        """Close the process's standard input, which a synthetic robot takes as its end."""
+        self.process.stdin.close()
+        self.process.wait(20)
+
+
+def synthetic_robot(
+    environment: dict[str, str], folder: Path, messages: int, rate: float, *options: str
+) -> Background:
+    """Start a stand-in for flexsim_node."""
+    words = [sys.executable, str(SYNTHETIC), str(messages), str(rate), *options]
+    return Background(words, environment, folder)
+
+
+@dataclass
+class Recorded:
+    """A bag and what the recorder said about it."""
+
+    bag: Path
+    output: str
+    messages: int
+    rate: float
