@@ -26,7 +26,7 @@ PIP_INSTALL := $(VENV)/bin/python -m pip --disable-pip-version-check install --q
 
 # The venv knows where it is and, if the caller names a Python, is checked against it.
 ifneq ($(origin PYTHON),file)
-python_changed = ! "$(PYTHON)" -c 'import sys; print(*sys.version_info[:3])' | cmp -s - $(VENV)/stamps/python
+python_changed = ! "$(PYTHON)" -c 'import sys; print(*sys.version_info[:3])' 2>/dev/null | cmp -s - $(VENV)/stamps/python
 else
 python_changed = false
 endif
@@ -70,7 +70,8 @@ clean:  ## remove what make has made
 
 $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
 	"$(PYTHON)" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null \
-	    || { echo "flexsim needs Python 3.10 to 3.13; $(PYTHON) is $$("$(PYTHON)" --version 2>&1 | tail -1). Say which: make PYTHON=python3.12 ..." >&2; exit 1; }
+	    || { command -v "$(PYTHON)" >/dev/null && found="$$("$(PYTHON)" --version 2>&1)"; \
+	         echo "flexsim needs Python 3.10 to 3.13; $(PYTHON) is $${found:-not there}. Say which: make PYTHON=python3.12 ..." >&2; exit 1; }
 	"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null \
 	    || { echo "$(PYTHON) has no venv module: install it (Debian and Ubuntu: apt install python3-venv)" >&2; exit 1; }
 	for compiler in "$${CC:-cc}" "$${CXX:-c++}"; do command -v "$$compiler" >/dev/null \
