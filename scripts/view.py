@@ -90,6 +90,8 @@ def view_bag(
         target.discard()
         raise
     recording.flush()
+    if not bag.complete:
+        click.echo(f"{path} is damaged or has no end; shown is what could be read", err=True)
     elapsed = time.monotonic() - begun
     result = {
         "bag": str(path),

@@ -5,10 +5,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from io import SEEK_CUR, BytesIO
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
+from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
@@ -20,6 +22,10 @@ from . import qos
 from .cdr import Decoder
 from .errors import BagError
 
+MAGIC = b"\x89MCAP0\r\n"
+# What is decoded at once: enough to be quick, little enough for any memory.
+BATCH_MESSAGES = 4096
+BATCH_SIZE = 32 * 1024 * 1024
 RECORD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<HIQQ")
 DAMAGED = (McapError, ValueError, EOFError, struct.error, OSError)
@@ -182,37 +188,55 @@ class Bag:
     def _raw_batches(
         self, topic: Topic, keep: Callable[[int], bool] | None = None
     ) -> Iterator[tuple[list[int], list[bytes]]]:
-        """Give a topic's messages chunk by chunk: log times, CDR bytes."""
+        """Give a topic's log times and CDR bytes, some chunks together."""
+        times: list[int] = []
+        batch: list[bytes] = []
+        size = 0
         for path in self.files:
             channels = {number for file, number in topic.channels if file == path}
-            if not channels:
-                continue
-            for records in self._chunks(path, channels):
-                times, batch = pick(records, channels, keep)
-                if times:
+            for records in self._chunks(path) if channels else ():
+                before = len(batch)
+                pick(records, channels, keep, times, batch)
+                size += sum(map(len, batch[before:]))
+                if size > BATCH_SIZE or len(batch) > BATCH_MESSAGES:
                     yield times, batch
+                    times, batch, size = [], [], 0
+        if batch:
+            yield times, batch
 
-    def _chunks(self, path: Path, channels: set[int] | None) -> Iterator[bytes]:
-        """Give the records of each chunk, and of messages that lie outside chunks."""
+    def _chunks(self, path: Path) -> Iterator[bytes]:
+        """Give the records of each chunk, and each message that lies outside chunks.
+
+        Message indices are skipped: reading them would cost more than the messages.
+        """
         with path.open("rb") as file:
-            for record in self._records(file, emit_chunks=True):
-                if isinstance(record, Chunk):
-                    try:
-                        stream, size = get_chunk_data_stream(record)
-                        yield stream.read(size)
-                    except DAMAGED:
-                        self.complete = False
-                elif isinstance(record, Message) and (
-                    channels is None or record.channel_id in channels
-                ):
-                    body = MESSAGE.pack(
-                        record.channel_id, record.sequence, record.log_time, record.publish_time
-                    )
-                    size = len(body) + len(record.data)
-                    yield RECORD.pack(Opcode.MESSAGE, size) + body + record.data
+            file.seek(len(MAGIC))
+            while True:
+                head = file.read(RECORD.size)
+                if len(head) < RECORD.size:
+                    break
+                opcode, length = RECORD.unpack(head)
+                if opcode == Opcode.FOOTER:
+                    return
+                if opcode not in (Opcode.CHUNK, Opcode.MESSAGE):
+                    file.seek(length, SEEK_CUR)
+                    continue
+                body = file.read(length)
+                if len(body) < length:
+                    break
+                if opcode == Opcode.MESSAGE:
+                    yield head + body
+                    continue
+                try:
+                    chunk = Chunk.read(ReadDataStream(BytesIO(body)))
+                    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
+                    yield stream.read(size)
+                except DAMAGED:
+                    self.complete = False
+        self.complete = False
 
-    def _records(self, file: Any, *, emit_chunks: bool) -> Iterator[Any]:
-        records = iter(StreamReader(file, emit_chunks=emit_chunks).records)
+    def _records(self, file: IO[bytes]) -> Iterator[Any]:
+        records = iter(StreamReader(file).records)
         while True:
             try:
                 record = next(records)
@@ -245,7 +269,7 @@ class Bag:
         topics: dict[int, Topic] = {}
         any_record = False
         with path.open("rb") as file:
-            for record in self._records(file, emit_chunks=False):
+            for record in self._records(file):
                 any_record = True
                 if isinstance(record, Schema):
                     schemas[record.id] = record
@@ -296,11 +320,13 @@ class Thinner:
 
 
 def pick(
-    records: bytes, channels: set[int], keep: Callable[[int], bool] | None
-) -> tuple[list[int], list[bytes]]:
-    """Return log times and data of the messages of some channels among a chunk's records."""
-    times: list[int] = []
-    batch: list[bytes] = []
+    records: bytes,
+    channels: set[int],
+    keep: Callable[[int], bool] | None,
+    times: list[int],
+    batch: list[bytes],
+) -> None:
+    """Append log times and data of the messages of some channels among a chunk's records."""
     at, end = 0, len(records)
     while at + RECORD.size <= end:
         opcode, length = RECORD.unpack_from(records, at)
@@ -311,7 +337,6 @@ def pick(
                 times.append(log_time)
                 batch.append(records[at + MESSAGE.size : at + length])
         at += length
-    return times, batch
 
 
 def mcap_files(path: Path) -> list[Path]:
@@ -323,7 +348,7 @@ def mcap_files(path: Path) -> list[Path]:
         raise BagError(f"{path} is not a bag: it holds no .mcap file")
     if path.is_file():
         with path.open("rb") as file:
-            if file.read(8) != b"\x89MCAP0\r\n":
+            if file.read(len(MAGIC)) != MAGIC:
                 raise BagError(f"{path} is not an MCAP file")
     return files
 

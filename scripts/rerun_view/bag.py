@@ -9,6 +9,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
+from ..bag.cdr import Decoder
 from . import robot
 from .joints import QUANTITIES, JointPlots
 from .tube import LAYOUT_FIELDS, Skeleton
@@ -18,7 +19,7 @@ LAYOUT = "flexsim_msgs/msg/ElasticLayout"
 JOINTS = "sensor_msgs/msg/JointState"
 SHAPE = ["position", "rigid_position"]
 # More rows than a screen has pixels only cost time: long bags are thinned to these.
-MOST_FRAMES = 30_000
+MOST_FRAMES = 18_000
 MOST_PLOTTED = 500_000
 
 
@@ -43,9 +44,10 @@ def thinning(bag: Bag, topic: str, most: int, rate: float = np.inf) -> float:
 
 
 def skeleton(bag: Bag, topic: str) -> Skeleton:
-    """Read the robot's layout."""
-    _, layout = bag.columns(topic, LAYOUT_FIELDS)
-    return Skeleton.from_layout(layout)
+    """Read the robot's layout: the last, should a second robot have been started."""
+    found = bag.topic(topic)
+    last = [data for _, data in bag.messages(topic)][-1:]
+    return Skeleton.from_layout(Decoder(found.type, found.schema).columns(last, LAYOUT_FIELDS))
 
 
 def show(bag: Bag, recording: rr.RecordingStream, *, scale: float, rate: float) -> Shown:
@@ -73,11 +75,12 @@ def show(bag: Bag, recording: rr.RecordingStream, *, scale: float, rate: float) 
         raise BagError(f"{bag.path} has {state} without its layout; record elastic_layout too")
     recording.send_recording_name(bag.path.name)
     reach = np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]])
+    strongest = None
     if state is not None and layout is not None:
-        reach = show_robot(bag, recording, state, layout, scale, rate, shown)
+        reach, strongest = show_robot(bag, recording, state, layout, scale, rate, shown)
     if joint_topic is not None:
         show_joints(bag, recording, joint_topic, shown)
-    recording.send_blueprint(robot.blueprint(reach, scale))
+    recording.send_blueprint(robot.blueprint(reach, scale, strongest))
     return shown
 
 
@@ -89,18 +92,22 @@ def show_robot(
     scale: float,
     rate: float,
     shown: Shown,
-) -> NDArray[np.float64]:
-    """Log the elastic states; returns the least and greatest coordinates, (2, 3), m."""
+) -> tuple[NDArray[np.float64], float]:
+    """Log the elastic states; returns the least and greatest coordinates, (2, 3), and the
+    displacement that has the strongest colour, m."""
     found = skeleton(bag, layout)
     period = thinning(bag, state, MOST_FRAMES, rate)
     log_time, frames = bag.columns(state, SHAPE, period=period)
     nodes = frames["rigid_position"].reshape(-1, 3)
     elastic = frames["position"].reshape(-1, 3) - nodes
+    largest = np.linalg.norm(elastic, axis=1).reshape(len(log_time), -1).max(axis=1)
+    # Not the very largest: one knock at the start would leave the rest without colour.
+    strongest = float(np.quantile(largest, 0.95))
     view = robot.RobotView(
         recording,
         found,
         scale=scale,
-        full_colour=float(np.linalg.norm(elastic, axis=1).max(initial=0.0)),
+        full_colour=strongest,
     )
     view.log_shape(bag.seconds(log_time), frames["position"], frames["rigid_position"])
     shown.rows["robot/deformed"] = len(log_time)
@@ -116,7 +123,7 @@ def show_robot(
         rows += len(times)
     view.log_status(np.concatenate(status_times), np.concatenate(statuses))
     shown.rows["robot/tip/deflection"] = rows
-    return np.array([nodes.min(axis=0), nodes.max(axis=0)])
+    return np.array([nodes.min(axis=0), nodes.max(axis=0)]), strongest
 
 
 def show_joints(bag: Bag, recording: rr.RecordingStream, topic: str, shown: Shown) -> None:

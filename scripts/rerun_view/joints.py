@@ -33,7 +33,12 @@ class JointPlots:
         for quantity in QUANTITIES:
             recording.log(
                 f"joints/{quantity}",
-                rr.SeriesLines(names=names, colors=series(len(names)), widths=[1.5] * len(names)),
+                rr.SeriesLines(
+                    names=names,
+                    colors=series(len(names)),
+                    widths=[1.5] * len(names),
+                    aggregation_policy=rr.components.AggregationPolicy.MinMax,
+                ),
                 static=True,
             )
 

@@ -44,6 +44,7 @@ class RobotView:
         self.scale = scale
         self.full_colour = max(full_colour, 1e-9)
         self.tube = Tube(skeleton)
+        self.ghost = Tube(skeleton.rigid())
         self.radius = float(skeleton.radius.max())
         self._tip: NDArray | None = None
         self._status: str | None = None
@@ -54,7 +55,7 @@ class RobotView:
         )
         recording.log(
             "robot/rigid",
-            rr.Mesh3D.from_fields(triangle_indices=self.tube.triangles, albedo_factor=GHOST),
+            rr.Mesh3D.from_fields(triangle_indices=self.ghost.triangles, albedo_factor=GHOST),
             static=True,
         )
         recording.log(
@@ -64,12 +65,18 @@ class RobotView:
         )
         recording.log(
             "robot/tip",
-            rr.LineStrips3D.from_fields(colors=[TRACE], radii=[0.15 * self.radius]),
+            rr.LineStrips3D.from_fields(colors=[TRACE], radii=[0.1 * self.radius]),
             static=True,
         )
         recording.log(
             "robot/tip/deflection",
-            rr.SeriesLines(names=["tip"], colors=[SERIES[1]], widths=[1.5]),
+            rr.SeriesLines(
+                names=["tip"],
+                colors=[SERIES[1]],
+                widths=[1.5],
+                # Where a pixel holds many samples, the mean of a vibration would hide it.
+                aggregation_policy=rr.components.AggregationPolicy.MinMax,
+            ),
             static=True,
         )
 
@@ -108,7 +115,8 @@ class RobotView:
                 vertex_colors=colours.ravel(),
             ).partition(count),
         )
-        vertices, normals = self.tube.vertices(self.tube.centre(rigid), GHOST_THICKNESS)
+        vertices, normals = self.ghost.vertices(self.ghost.centre(rigid), GHOST_THICKNESS)
+        count = [vertices.shape[1]] * frames
         self.recording.send_columns(
             "robot/rigid",
             indexes=index,
@@ -182,8 +190,15 @@ def eye(reach: NDArray[np.float64]) -> rrb.EyeControls3D:
     )
 
 
-def blueprint(reach: NDArray[np.float64], scale: float, *, live: bool = False) -> rrb.Blueprint:
+def blueprint(
+    reach: NDArray[np.float64],
+    scale: float,
+    full_colour: float | None = None,
+    *,
+    live: bool = False,
+) -> rrb.Blueprint:
     """Return the robot's view: 3-D on the left, plots on the right."""
+    red = "" if full_colour is None else f"; red: {full_colour * MILLIMETRES:.3g} mm"
     spacing = 10.0 ** np.floor(np.log10(max(float(np.ptp(reach, axis=0).max()), 1e-3)))
     trace = rrb.VisibleTimeRanges(
         timeline=TIMELINE,
@@ -193,7 +208,7 @@ def blueprint(reach: NDArray[np.float64], scale: float, *, live: bool = False) -
     space = rrb.Spatial3DView(
         origin="robot",
         contents=["$origin/**", "- $origin/tip/deflection", "- $origin/status"],
-        name=f"Robot, elastic displacement ×{scale:g}; grey: rigid",
+        name=f"Robot, elastic displacement ×{scale:g}{red}; grey: rigid",
         background=rrb.Background((24, 27, 33)),
         line_grid=rrb.LineGrid3D(spacing=float(spacing) / 2.0, color=(255, 255, 255, 28)),
         eye_controls=eye(reach),

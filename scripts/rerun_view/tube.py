@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-SIDES = 10
-POINTS_PER_ELEMENT = 8
+SIDES = 8
+POINTS_PER_LINK = 12
 LAYOUT_FIELDS = ["node_names", "segments", "segment_width", "segment_depth"]
 
 Array = NDArray[np.float32]
@@ -53,6 +53,14 @@ class Skeleton:
                 chains.append([i])
         return chains
 
+    def rigid(self) -> Skeleton:
+        """Return the same robot with each link one straight segment from end to end."""
+        return Skeleton(
+            self.node_names,
+            tuple((self.segments[c[0]][0], self.segments[c[-1]][1]) for c in self.chains),
+            np.array([self.radius[c].mean() for c in self.chains]),
+        )
+
     def same_link(self, segment: int) -> bool:
         """Say whether a segment goes on in the link of the one before it."""
         before, here = self.segments[segment - 1][1], self.segments[segment][1]
@@ -79,7 +87,8 @@ class Tube:
             block = np.zeros((len(weights), self.nodes))
             block[:, nodes] = weights
             rows.append(block)
-            segment = np.minimum(np.arange(len(weights)) // POINTS_PER_ELEMENT, len(chain) - 1)
+            fine = (len(weights) - 1) // len(chain)
+            segment = np.minimum(np.arange(len(weights)) // fine, len(chain) - 1)
             radii.append(skeleton.radius[np.asarray(chain)[segment]])
             starts.append(starts[-1] + len(weights))
         self.weights = np.concatenate(rows).astype(np.float32)  # (P, N)
@@ -135,7 +144,9 @@ def curve_weights(nodes: int) -> NDArray[np.float64]:
 
     Two nodes give a straight line, three a parabola, more a cubic through the four nearest.
     """
-    points = np.linspace(0.0, nodes - 1.0, POINTS_PER_ELEMENT * (nodes - 1) + 1)
+    # A straight line needs its ends only; a fine mesh is as smooth as its nodes.
+    fine = 1 if nodes == 2 else max(1, POINTS_PER_LINK // (nodes - 1))
+    points = np.linspace(0.0, nodes - 1.0, fine * (nodes - 1) + 1)
     weights = np.zeros((points.size, nodes))
     order = min(nodes, 4)
     for row, s in zip(weights, points, strict=True):
