@@ -13,7 +13,6 @@ from .beam import kernel
 from .chain import (
     ACCELERATION,
     ALPHA,
-    BETA,
     BODIES,
     COULOMB,
     COULOMB_SPEED,
@@ -57,15 +56,12 @@ def joint_force(chain, x, v, a, torque, out):
 
 
 @kernel
-def link_forces(chain, work, extra):
-    """Inertia, elastic and damping forces of every element and body, at the placed and moving nodes.
-
-    `extra` adds to Rayleigh's beta (the implicit methods need stiffness times rate).
-    """
+def link_forces(chain, work):
+    """Inertia, elastic and damping forces of every element and body, at the placed and moving nodes."""
     link, element = chain.link, chain.element
-    d, v, a = work.node[DISPLACEMENT], work.node[RATE], work.node[ACCELERATION]
+    d, v, a, s = work.node[DISPLACEMENT], work.node[RATE], work.node[ACCELERATION], work.node[TRIAL]
     force, wrench = work.force, work.wrench
-    alpha, beta = chain.setting[ALPHA], chain.setting[BETA] + extra
+    alpha = chain.setting[ALPHA]
     planar = chain.index.shape[1] == 3
     force[:] = 0.0
     wrench[:] = 0.0
@@ -76,13 +72,11 @@ def link_forces(chain, work, extra):
             if planar:
                 planar_beam.inertia_force(e, f, d, v, a, i, alpha, force, wrench[n])
                 planar_beam.elastic_force(e, d, i, force)
-                if beta != 0.0:
-                    planar_beam.stiffness_product(e, d, v, i, beta, force)
+                planar_beam.stiffness_product(e, d, s, i, 1.0, force)
             else:
                 spatial_beam.inertia_force(e, f, d, v, a, i, alpha, force, wrench[n], work.scratch)
                 spatial_beam.elastic_force(e, d, i, force)
-                if beta != 0.0:
-                    spatial_beam.stiffness_product(e, d, v, i, beta, force)
+                spatial_beam.stiffness_product(e, d, s, i, 1.0, force)
         for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
             i = chain.body_place[k]
             r = work.row
@@ -92,7 +86,16 @@ def link_forces(chain, work, extra):
             r[4, 0:6] = 0.0
             r[5, 0:6] = 0.0
             rigid_body.inertia_force(
-                chain.body[k], chain.place[i], f, r[1], r[2], r[3], r[4], r[5], work.scratch
+                chain.body[k],
+                chain.place[i],
+                f,
+                r[1],
+                r[2],
+                r[3],
+                alpha,
+                r[4],
+                r[5],
+                work.scratch,
             )
             if planar:
                 for m, p in ((0, 0), (1, 1), (2, 5)):
@@ -105,14 +108,16 @@ def link_forces(chain, work, extra):
 
 
 @kernel
-def residual(chain, work, x, v, a, torque, extra, out):
-    """Applied minus elastic, damping and inertia forces: f(x, v) - M(x) a into out (n,).
+def residual(chain, work, x, v, a, s, torque, out):
+    """Applied minus elastic, damping and inertia forces, f(x, v) - M(x) a - K(x) s, into out (n,).
 
-    With a = 0 this is the force of M(x) v' = f.  `extra` > 0 takes extra * stiffness * v off as well.
+    f holds everything but the damping that is proportional to stiffness: s = beta v brings it in, and an
+    implicit method adds what it needs.  M a also brings alpha's damping, which acts on the rates v.
     """
     place(chain, work, x)
     accelerate(chain, work, v, a)
-    link_forces(chain, work, extra)
+    nodal_rates(chain, work, s, work.node[TRIAL], False, s)
+    link_forces(chain, work)
     out[:] = 0.0
     gather(chain, work, out)
     for i in range(out.size):

@@ -42,11 +42,11 @@ def spread(g, force):
 
 
 @kernel
-def inertia_force(mass, x, frame, d, v, a, force, wrench, t):
+def inertia_force(mass, x, frame, d, v, a, alpha, force, wrench, t):
     """Add the body's inertia forces to the nodal force (6,) and the link's wrench (6,).
 
     mass is the (4, 4) matrix, x the node's place on the link; d, v, a are nodal rows (6,); frame as in
-    spatial_beam; t is scratch (24, 3).
+    spatial_beam, alpha Rayleigh's mass coefficient; t is scratch (24, 3).
     """
     c, cv, ca, g = t[0:4], t[4:8], t[8:12], t[12:16]
     body_vectors(d, x, 1.0, c)
@@ -55,6 +55,7 @@ def inertia_force(mass, x, frame, d, v, a, force, wrench, t):
     for k in range(4):
         for p in range(3):
             q, r = (p + 1) % 3, (p + 2) % 3
+            ca[k, p] += alpha * cv[k, p]
             spin = frame[q] * c[k, r] - frame[r] * c[k, q]
             ca[k, p] += frame[6 + q] * c[k, r] - frame[6 + r] * c[k, q]
             ca[k, p] += 2.0 * (frame[q] * cv[k, r] - frame[r] * cv[k, q])

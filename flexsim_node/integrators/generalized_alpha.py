@@ -33,6 +33,7 @@ def step(chain, work, x, v, torque, motion, h, option):
     a = work.memory
     rhs, da, an = work.vector[0], work.vector[1], work.vector[2]
     xm, vm, am, xe, ve = work.vector[3:8]
+    mean = work.row[5]
     n = x.size
     m = (2.0 * option - 1.0) / (option + 1.0)
     f = option / (option + 1.0)
@@ -55,7 +56,10 @@ def step(chain, work, x, v, torque, motion, h, option):
             xm[i] = (1.0 - f) * xe[i] + f * x[i]
             vm[i] = (1.0 - f) * ve[i] + f * v[i]
             am[i] = (1.0 - m) * an[i] + m * a[i]
-        residual(chain, work, xm, vm, am, between(work, torque, f, da), 0.0, rhs)
+        between(torque, f, mean)
+        for i in range(n):
+            da[i] = damped * vm[i]
+        residual(chain, work, xm, vm, am, da, mean, rhs)
         if iteration == 0 and factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)
@@ -83,8 +87,7 @@ def step(chain, work, x, v, torque, motion, h, option):
 
 
 @kernel
-def between(work, torque, f, out):
+def between(torque, f, out):
     """Torque at the equilibrium point, into the first entries of out."""
     for i in range(torque.shape[1]):
         out[i] = (1.0 - f) * torque[2, i] + f * torque[0, i]
-    return out

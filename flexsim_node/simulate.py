@@ -1,0 +1,194 @@
+"""Offline simulation: a scene, its torques, and arrays of what happened."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from .acceleration import OK
+from .integrators.adaptive import Adaptive
+from .scene import Scene
+from .simulation import Simulation, joint_index
+
+Torque = Callable[[float], np.ndarray] | np.ndarray | None
+Motion = Mapping[str, Callable[[float], tuple[float, float, float]]]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a simulation gave; K samples, m joints, L links, N nodes.
+
+    Attributes
+    ----------
+    time : (K,) s
+    joint_position, joint_velocity : (K, m) as the encoders show them, rad or m
+    torque : (K, m) in force from each sample on, N m or N
+    link_end : (K, L, 3) base frame, elastic displacement included, m
+    node_position, rigid_position : (K, N, 3) base frame, with and without the elastic displacement, m
+    node_displacement : (K, N, 6) from the rigid links, in link frames, m and rad
+    energy : (K,) kinetic, elastic and gravitational together, J
+    step_time : s of wall-clock for each step
+    status : "ok", or the reason why the run ended before its time (its samples end there too)
+    node_names : (N,) link/number
+    """
+
+    time: np.ndarray
+    joint_position: np.ndarray
+    joint_velocity: np.ndarray
+    torque: np.ndarray
+    link_end: np.ndarray
+    node_position: np.ndarray
+    rigid_position: np.ndarray
+    node_displacement: np.ndarray
+    energy: np.ndarray
+    step_time: np.ndarray
+    status: str
+    node_names: tuple[str, ...]
+
+
+def simulate(
+    scene: Scene,
+    torque: Torque = None,
+    duration: float = 1.0,
+    sample_period: float | None = None,
+    prescribed: Motion | None = None,
+) -> Run:
+    """Simulate a scene for `duration` seconds, as fast as it goes.
+
+    Parameters
+    ----------
+    torque : None, a callable t -> (m,), or an array (K, m) held between samples
+    sample_period : s between samples; the scene's step where None.  Steps are as long as the scene says,
+        shortened so that a whole number of them makes a period
+    prescribed : joint name to a callable t -> (position, velocity, acceleration) that the joint follows
+
+    Raises
+    ------
+    ValueError
+        for a duration, period or torque that can't be
+    """
+    step = scene.solver.step
+    if not (np.isfinite(duration) and duration >= 0.0):
+        raise ValueError(f"duration {duration!r}; give seconds, zero or more")
+    period = step if sample_period is None else float(sample_period)
+    if not (np.isfinite(period) and period > 0.0):
+        raise ValueError(f"sample_period {sample_period!r}; give seconds, more than zero")
+    prescribed = dict(prescribed or {})
+    substeps = max(1, int(np.ceil(period / step - 1e-9)))
+    robot = Simulation(scene, period / substeps, tuple(prescribed))
+    samples = int(np.floor(duration / period + 1e-9)) + 1
+    m = robot.model.joints
+    applied = _torque_function(torque, m, period, robot.limit)
+    motion = _motion_function(scene, prescribed, robot)
+    robot.motion[:] = motion(0.0)
+    held = [joint_index(scene, name) for name in prescribed]
+    for k in held:
+        robot.x[k], robot.v[k] = robot.motion[0, 0, k], robot.motion[0, 1, k]
+    adaptive = None
+    if robot.advance is None:
+        smooth = not isinstance(torque, np.ndarray)
+        adaptive = Adaptive(robot.model, robot.work, robot.method, applied, motion, smooth)
+    else:
+        robot.torque[:] = applied(0.0)
+        robot.prepare()
+        robot.warm()
+    view = robot.look()
+    nodes, links = len(view.position), len(view.ends)
+    times = period * np.arange(samples)
+    position, velocity, torques = np.zeros((3, samples, m))
+    link_end = np.zeros((samples, links, 3))
+    node_position, rigid_position = np.zeros((2, samples, nodes, 3))
+    displacement = np.zeros((samples, nodes, 6))
+    energy = np.zeros(samples)
+    step_time = np.zeros((samples - 1) * substeps)
+    h = robot.step_size
+    taken = kept = 0
+    constant = torque is None or isinstance(torque, np.ndarray)
+    for k in range(samples):
+        view = robot.look()
+        position[k], velocity[k] = robot.joint_position(), robot.joint_velocity()
+        torques[k] = applied(times[k])
+        link_end[k], node_position[k] = view.link_end, view.position
+        rigid_position[k], displacement[k] = view.rigid_position, view.displacement
+        energy[k] = robot.energy().sum()
+        kept = k + 1
+        if k == samples - 1:
+            break
+        for n in range(substeps):
+            t = times[k] + n * h
+            if adaptive is not None:
+                begin = time.perf_counter()
+                status = adaptive.step(robot.x, robot.v, t, h)
+            else:
+                robot.torque[0] = applied(t)
+                if constant:
+                    robot.torque[1:] = robot.torque[0]
+                else:
+                    robot.torque[1], robot.torque[2] = applied(t + 0.5 * h), applied(t + h)
+                if held:
+                    robot.motion[0], robot.motion[1] = motion(t), motion(t + 0.5 * h)
+                    robot.motion[2] = motion(t + h)
+                begin = time.perf_counter()
+                status = robot.step()
+            step_time[taken] = time.perf_counter() - begin
+            taken += 1
+            if status != OK:
+                robot.status = status
+                break
+        if robot.status != OK:
+            break
+    reason = "ok" if robot.status == OK else f"stopped at {robot.time:.6g} s: {robot.reason}"
+    return Run(
+        times[:kept],
+        position[:kept],
+        velocity[:kept],
+        torques[:kept],
+        link_end[:kept],
+        node_position[:kept],
+        rigid_position[:kept],
+        displacement[:kept],
+        energy[:kept],
+        step_time[:taken],
+        reason,
+        robot.model.node_names,
+    )
+
+
+def _torque_function(
+    torque: Torque, m: int, period: float, limit: np.ndarray
+) -> Callable[[float], np.ndarray]:
+    """Torque (m,) as a function of time, within the effort limits."""
+    if torque is None:
+        zero = np.zeros(m)
+        return lambda t: zero
+    if callable(torque):
+        given = np.asarray(torque(0.0), dtype=float)
+        if given.shape != (m,) or not np.all(np.isfinite(given)):
+            raise ValueError(f"torque(0.0) is {given!r}; give {m} finite values")
+        return lambda t: np.clip(np.asarray(torque(t), dtype=float), -limit, limit)
+    table = np.asarray(torque, dtype=float)
+    if table.ndim != 2 or table.shape[1] != m or len(table) == 0 or not np.all(np.isfinite(table)):
+        raise ValueError(f"torque has shape {table.shape}; give finite values of shape (K, {m})")
+    table = np.clip(table, -limit, limit)
+    last = len(table) - 1
+    return lambda t: table[min(int(t / period + 1e-6), last)]
+
+
+def _motion_function(
+    scene: Scene, prescribed: Motion, robot: Simulation
+) -> Callable[[float], np.ndarray]:
+    """Prescribed position, velocity, acceleration (3, m) as a function of time."""
+    driven = [(joint_index(scene, name), f) for name, f in prescribed.items()]
+    still = np.zeros((3, robot.model.joints))
+    still[:2] = robot.motion[0, :2]
+
+    def motion(t: float) -> np.ndarray:
+        now = still.copy()
+        for k, f in driven:
+            now[:, k] = f(t)
+        return now
+
+    return motion

@@ -1,0 +1,145 @@
+"""A robot in motion: one state, advanced step by step.  Offline runs and the real-time loop share it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .acceleration import OK, REASONS
+from .chain import FIXED, KIND, workspace
+from .energy import energy
+from .integrators import METHODS, generalized_alpha
+from .model import Model, build_model
+from .observation import Observation
+from .scene import Scene, SceneError
+from .statics import rest_shape
+
+
+class Simulation:
+    """State of a scene and the compiled step that advances it.
+
+    Attributes
+    ----------
+    x, v : (n,) unknowns and their rates; the first m are the joint coordinates of the ERLS
+    time : s
+    status : 0, or a key of acceleration.REASONS; a failed step leaves the last good state
+    torque : (3, m) at start, middle and end of the coming step, N m (N for prismatic joints)
+    motion : (3, 3, m) prescribed position, velocity, acceleration of held joints at the same times
+    """
+
+    def __init__(self, scene: Scene, step: float | None = None, held: tuple[str, ...] = ()) -> None:
+        self.scene = scene
+        self.model: Model = build_model(scene)
+        self.work = workspace(self.model.chain)
+        self.step_size = scene.solver.step if step is None else step
+        m, n = self.model.joints, self.model.unknowns
+        for name in held:
+            k = joint_index(scene, name)
+            self.work.held[self.model.joint_links[k]] = True
+        self.x, self.v = np.zeros(n), np.zeros(n)
+        self.torque, self.motion = np.zeros((3, m)), np.zeros((3, 3, m))
+        self.limit = np.array([j.effort_limit or np.inf for j in scene.joints])
+        self.view = Observation(self.model)
+        self.energies = np.zeros(3)
+        self.method = scene.solver.method
+        self.advance = METHODS[self.method].step if self.method in METHODS else None
+        self.option = scene.solver.spectral_radius
+        self._turns = np.flatnonzero(self.model.turn >= 0)
+        self.time = 0.0
+        self.status = OK
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the scene's initial state; time starts again at zero."""
+        initial, m = self.scene.initial, self.model.joints
+        self.x[:], self.v[:] = 0.0, 0.0
+        self.x[:m] = initial.position or 0.0
+        self.v[:m] = initial.velocity or 0.0
+        if initial.shape == "static":
+            self.x[m:] = rest_shape(self.model, self.x[:m])[m:]
+        self.torque[:] = 0.0
+        self.motion[:, 0], self.motion[:, 1] = self.x[:m], self.v[:m]
+        self.time = 0.0
+        self.status = OK
+        self.prepare()
+
+    def prepare(self) -> None:
+        """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""
+        if self.method == "generalized_alpha":
+            self.status = generalized_alpha.start(
+                self.model.chain, self.work, self.x, self.v, self.torque[0], self.motion[0]
+            )
+
+    def warm(self) -> None:
+        """Compile (or load) everything a step needs, leaving the state as it is."""
+        if self.advance is None:
+            return
+        x, v, memory = self.x.copy(), self.v.copy(), self.work.memory.copy()
+        self.step()
+        self.look()
+        self.energy()
+        self.x[:], self.v[:], self.work.memory[:] = x, v, memory
+        self.time, self.status = 0.0, OK
+
+    def command(self, torque: np.ndarray) -> None:
+        """Hold a torque (m,) from the next step on, within the joints' effort limits."""
+        np.clip(torque, -self.limit, self.limit, out=self.torque[0])
+        self.torque[1:] = self.torque[0]
+
+    def step(self) -> int:
+        """Advance by one step with the torque and motion at hand.  Returns the status."""
+        self.status = self.advance(
+            self.model.chain,
+            self.work,
+            self.x,
+            self.v,
+            self.torque,
+            self.motion,
+            self.step_size,
+            self.option,
+        )
+        if self.status == OK:
+            self.time += self.step_size
+        return self.status
+
+    @property
+    def reason(self) -> str:
+        """The status in words."""
+        return REASONS[self.status]
+
+    def look(self) -> Observation:
+        """Nodes and links as they are now, in buffers that the next look overwrites."""
+        self.view.look(self.work, self.x)
+        return self.view
+
+    def energy(self) -> np.ndarray:
+        """(3,) kinetic, elastic and gravitational energy, J, in a buffer that the next call overwrites."""
+        energy(self.model.chain, self.work, self.x, self.v, self.energies)
+        return self.energies
+
+    def joint_position(self) -> np.ndarray:
+        """(m,) angles that the joints' encoders show (ERLS coordinate and elastic rotation), rad or m."""
+        return self._joint(self.x)
+
+    def joint_velocity(self) -> np.ndarray:
+        """(m,) rates of the joints, rad/s or m/s."""
+        return self._joint(self.v)
+
+    def _joint(self, y: np.ndarray) -> np.ndarray:
+        shown = y[: self.model.joints].copy()
+        if self._turns.size:
+            shown[self._turns] += y[self.model.turn[self._turns]]
+        return shown
+
+
+def joint_index(scene: Scene, name: str) -> int:
+    """Place of a joint in q, by name."""
+    names = scene.joint_names
+    if name not in names:
+        raise SceneError(f"{scene.name}: no joint {name!r}; give one of {', '.join(names)}")
+    return names.index(name)
+
+
+def is_held(model: Model, work, k: int) -> bool:
+    """Whether joint k's motion is prescribed."""
+    n = model.joint_links[k]
+    return bool(work.held[n]) and model.chain.link[n, KIND] != FIXED
