@@ -143,18 +143,16 @@ class Recorder:
 
     def open(self, name: str, type_name: str, publishers: list[Any]) -> None:
         """Subscribe to a topic and open its channel."""
+        from .bag.definitions import definition
         from .ros.raw_topic import RawTopic
 
         try:
+            definition(type_name)
             topic = RawTopic(self.node, name, type_name, publishers)
-            try:
-                self.channels[name] = self.bag.add_topic(name, type_name, topic.offers)
-            except LookupError:
-                topic.close()
-                raise
         except (LookupError, ValueError) as error:
             self.skip(name, str(error))
             return
+        self.channels[name] = self.bag.add_topic(name, type_name, topic.offers)
         self.topics[name] = topic
         print(f"+ {name} ({type_name})", file=sys.stderr, flush=True)
 

@@ -102,6 +102,7 @@ def view_bag(
         "conversion_time": round(elapsed, 3),
         "scale": scale,
         "rows": shown.rows,
+        "without_view": shown.without_view,
     }
     if as_json:
         print_json(result)
@@ -110,6 +111,8 @@ def view_bag(
         if save:
             title += f"; look at it with: rerun {save}"
         print_table(title, ["entity", "rows"], list(shown.rows.items()))
+        if shown.without_view:
+            click.echo(f"without a view: {', '.join(shown.without_view)}")
     if serve:
         click.echo(f"look at it with: rerun {target.address}", err=True)
         viewer.wait(duration)

@@ -25,9 +25,10 @@ MOST_PLOTTED = 500_000
 
 @dataclass
 class Shown:
-    """How many rows of each entity were logged."""
+    """How many rows of each entity were logged, and which topics have no view."""
 
     rows: dict[str, int]
+    without_view: list[str]
 
 
 def of_type(bag: Bag, type_name: str) -> str | None:
@@ -67,8 +68,9 @@ def show(bag: Bag, recording: rr.RecordingStream, *, scale: float, rate: float) 
     BagError
         The bag holds nothing that has a view.
     """
-    shown = Shown({})
     state, layout, joint_topic = (of_type(bag, t) for t in (STATE, LAYOUT, JOINTS))
+    used = {state, layout, joint_topic}
+    shown = Shown({}, sorted(t.name for t in bag.topics.values() if t.count and t.name not in used))
     if state is None and joint_topic is None:
         raise BagError(f"{bag.path} holds neither elastic states nor joint states to show")
     if state is not None and layout is None:

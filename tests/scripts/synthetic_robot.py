@@ -129,7 +129,7 @@ def main() -> None:
     # A reader's queue outlives the writer only if the reader has matched: stay until told.
     sys.stdin.readline()
     node.destroy_node()
-    rclpy.shutdown()
+    rclpy.try_shutdown()
 
 
 if __name__ == "__main__":

@@ -165,3 +165,25 @@ def test_an_existing_bag_is_not_touched(recorded: Recorded) -> None:
     assert "exists already" in done.stderr
     assert done.stderr.count("\n") == 1
     assert sorted((f.name, f.stat().st_mtime_ns) for f in recorded.bag.iterdir()) == before
+
+
+def test_a_type_that_is_not_installed_is_said_and_left_out(tmp_path: Path) -> None:
+    """What cannot be described in the bag is named on stderr, and the rest is recorded."""
+    environment = ros_environment()
+    hide = (
+        "from flexsim.bag import definitions; found = definitions.message_file\n"
+        "def message_file(name, suffix):\n"
+        "    if name.startswith('flexsim_msgs'): raise definitions.BagError('no such type')\n"
+        "    return found(name, suffix)\n"
+        "definitions.message_file = message_file\n"
+        "from flexsim.cli import main; main()"
+    )
+    words = [sys.executable, "-c", hide, "record", "-o", str(tmp_path / "run")]
+    recorder = Background(words, environment, tmp_path)
+    robot = synthetic_robot(environment, tmp_path, 10, 100.0)
+    recorder.wait_for("+ /joint_states")
+    recorder.wait_for("- /flexsim_node/elastic_state is not recorded: no such type")
+    assert recorder.end(signal.SIGINT) == 0
+    robot.end(signal.SIGTERM)
+    with Reader(tmp_path / "run") as reader:
+        assert "/joint_states" in {c.topic for c in reader.connections}
