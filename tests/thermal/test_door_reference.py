@@ -1,0 +1,105 @@
+"""The 3-D door agrees with CalculiX on the same mesh, an independent program's elements and march.
+
+The reference marched with implicit Euler and 10 s steps; its hot face is 6 K off its own
+time-converged value at 60 s (136.0 against 129.9 °C in the reference's own text). So the march
+is compared like for like with 10 s steps, and the adaptive march where that error has died out.
+Its probes are the nodes nearest to the named places: on the same graded mesh so are ours.
+"""
+
+import csv
+
+import numpy as np
+import pytest
+from door_scenes import SHARED, door
+
+from thermal_node import load_scene, simulate
+
+TABLE = SHARED / "door_quarter_calculix_probes.csv"
+pytestmark = pytest.mark.skipif(not TABLE.exists(), reason="no reference data beside the checkout")
+
+
+@pytest.fixture(scope="module")
+def reference():
+    with TABLE.open() as file:
+        rows = list(csv.DictReader(file))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def columns(run):
+    mesh = run.model.mesh
+    field = run.temperature[1:].reshape(-1, *mesh.shape)
+    cold, area = field[:, -1], mesh.unexposed_area
+
+    def at(x, y):
+        return cold[:, np.argmin(np.abs(mesh.y - y)), np.argmin(np.abs(mesh.x - x))]
+
+    return {
+        "hot_c": field[:, 0, 0, 0],
+        "cold_c": cold[:, 0, 0],
+        "cold_q": at(0.25, 0.5),
+        "side_edge": cold[:, 0, -1],
+        "top_edge": cold[:, -1, 0],
+        "corner": cold[:, -1, -1],
+        "side_25": at(0.475, 0.0),
+        "side_50": at(0.45, 0.0),
+        "side_100": at(0.4, 0.0),
+        "side_150": at(0.35, 0.0),
+        "top_25": at(0.0, 0.975),
+        "top_100": at(0.0, 0.9),
+        "side_mid": field[:, mesh.shape[0] // 2, 0, -1],
+        "hot_side": field[:, 0, 0, -1],
+        "cold_min": cold.min(axis=(1, 2)),
+        "cold_max": cold.max(axis=(1, 2)),
+        "cold_areamean": (cold * area).sum(axis=(1, 2)) / area.sum(),
+    }
+
+
+def test_like_for_like_with_the_references_own_steps(reference):
+    scene = door(solver={"method": "implicit_euler", "step": 10.0})
+    ours = columns(simulate(load_scene(scene)))
+    early = reference["t_s"] <= 120.0
+    for name, values in ours.items():
+        error = np.abs(values - reference[name])
+        assert error[early].max() < 2.0, name
+        # The hot sheet over the rim needs a finer mesh than the reference's for its last 0.3 K.
+        assert error[~early].max() < (1.3 if name == "hot_side" else 1.1), name
+
+
+@pytest.mark.slow
+def test_within_one_kelvin_on_a_finer_mesh(reference):
+    """Places that are nodes on any mesh: there is nothing left but the reference's own error."""
+    scene = door(
+        solver={"method": "implicit_euler", "step": 10.0},
+        mesh={"in_plane": [32, 64], "layers": [2, 24, 2], "first_brick": 1.2e-3},
+    )
+    ours = columns(simulate(load_scene(scene)))
+    early = reference["t_s"] <= 120.0
+    for name in (
+        "hot_c",
+        "cold_c",
+        "side_edge",
+        "top_edge",
+        "corner",
+        "side_mid",
+        "hot_side",
+        "cold_min",
+        "cold_max",
+        "cold_areamean",
+    ):
+        error = np.abs(ours[name] - reference[name])
+        assert error[early].max() < 2.0, name
+        assert error[~early].max() < 1.0, name
+
+
+def test_adaptive_march_where_the_references_first_steps_have_died_out(reference):
+    ours = columns(simulate(load_scene(door())))
+    late = reference["t_s"] >= 360.0
+    for name, values in ours.items():
+        error = np.abs(values - reference[name])[late]
+        assert error.max() < (1.4 if name == "hot_side" else 1.0), name
+
+
+def test_hot_sheet_in_the_first_minutes_is_the_time_converged_one():
+    run = simulate(load_scene(door(mesh={"layers": [1, 60, 1]}, solver={"model": "column"})), 360.0)
+    expected = [129.9, 276.1, 391.1, 468.7, 521.2, 559.3]
+    np.testing.assert_allclose(run.probes["exposed_centre"][1:], expected, atol=0.25)

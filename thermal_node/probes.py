@@ -1,0 +1,206 @@
+"""Where temperatures are read, and the leaf's unexposed face as an infrared camera sees it.
+
+A reading is a fixed weighted sum of nodes: cubic through the four nearest lines in each
+direction (the temperature falls off steeply beside the rim, and bricks are wide further in),
+through the thickness without leaving the point's layer, since layers meet with a kink.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .conduction import Array
+from .mesh.whole import whole_leaf
+from .model import DoorModel
+from .schema import Scene
+
+EDGE_STRIP = 0.1
+"""m from the leaf's edge that the standards leave out of the maximum rise (EN 1634-1, FTP)."""
+
+
+@dataclass(frozen=True)
+class Probes:
+    """Points and their weights.
+
+    name (P,); position (P, 3), m; index, weight (P, 64)
+    judged (P,) : thermocouples on the unexposed face that count for the maximum rise
+    mean_of (5,) : those whose mean is judged, the leaf's centre and quarter centres
+    """
+
+    name: tuple[str, ...]
+    position: Array
+    index: NDArray[np.int64]
+    weight: Array
+    judged: NDArray[np.bool_]
+    mean_of: NDArray[np.int64]
+
+    def read(self, temperature: Array) -> Array:
+        """Readings (P,), °C, from node temperatures (N,)."""
+        return np.einsum("pj,pj->p", self.weight, temperature[self.index])
+
+
+def leaf_points(width: float, height: float) -> dict[str, tuple[float, float]]:
+    """Centre and quarter centres: FTP Code 2010 part 3, EN 1634-1 clause 9.1.2.2."""
+    x, y = 0.25 * width, 0.25 * height
+    return {
+        "ftp_centre": (0.0, 0.0),
+        "ftp_upper_left": (-x, y),
+        "ftp_upper_right": (x, y),
+        "ftp_lower_left": (-x, -y),
+        "ftp_lower_right": (x, -y),
+    }
+
+
+def standard_points(scene: Scene) -> dict[str, tuple[float, float, float]]:
+    """The points of the sets that a scene asks for, m.
+
+    The thesis shows its twelve thermocouples only in photographs that were not at hand: here
+    they are the five leaf points, and seven beside the rim that show it as a bridge.
+    """
+    w, h, t = scene.leaf.width, scene.leaf.height, scene.leaf.thickness
+    edge = min(EDGE_STRIP, 0.2 * w, 0.2 * h)
+    rim = min(0.025, 0.1 * w, 0.1 * h)
+    right, top = 0.5 * w, 0.5 * h
+    leaf = leaf_points(w, h)
+    points: dict[str, tuple[float, float, float]] = {}
+    if "thesis" in scene.probes.sets:
+        beside = [
+            (right - edge, 0.0),
+            (-right + edge, 0.0),
+            (0.0, top - edge),
+            (right - rim, 0.0),
+            (-right + rim, 0.0),
+            (0.0, top - rim),
+            (right - rim, top - rim),
+        ]
+        for number, (x, y) in enumerate([*leaf.values(), *beside], start=1):
+            points[f"tc_{number}"] = (x, y, t)
+    if "en_1634" in scene.probes.sets:
+        for name, x, y in (
+            ("en_left_edge", -right + edge, 0.0),
+            ("en_right_edge", right - edge, 0.0),
+            ("en_top_edge", 0.0, top - edge),
+            ("en_top_left", -right + edge, top - edge),
+            ("en_top_right", right - edge, top - edge),
+        ):
+            points[name] = (x, y, t)
+    if "interior" in scene.probes.sets:
+        points |= {
+            "exposed_centre": (0.0, 0.0, 0.0),
+            "interior_third": (0.0, 0.0, t / 3.0),
+            "interior_half": (0.0, 0.0, t / 2.0),
+            "interior_two_thirds": (0.0, 0.0, 2.0 * t / 3.0),
+        }
+    return points
+
+
+def probes_of(model: DoorModel) -> Probes:
+    """The scene's probes; the leaf points are always among them, for the criteria."""
+    scene = model.scene
+    t = scene.leaf.thickness
+    points = {name: (x, y, t) for name, (x, y) in leaf_points(*_size(scene)).items()}
+    points |= standard_points(scene)
+    for name, p in scene.probes.points.items():
+        points[name] = (p.x, p.y, t if p.z is None else p.z)
+    position = np.array(list(points.values()))
+    index, weight = weights_at(model, position)
+    inside = np.array([0.5 * s for s in _size(scene)]) - np.abs(position[:, :2])
+    strip = min(EDGE_STRIP, 0.2 * scene.leaf.width, 0.2 * scene.leaf.height)
+    return Probes(
+        name=tuple(points),
+        position=position,
+        index=index,
+        weight=weight,
+        judged=(inside.min(axis=1) > strip - 1e-9) & (position[:, 2] > t - 1e-9),
+        mean_of=np.arange(5),
+    )
+
+
+def _size(scene: Scene) -> tuple[float, float]:
+    return scene.leaf.width, scene.leaf.height
+
+
+def weights_at(model: DoorModel, position: Array) -> tuple[NDArray[np.int64], Array]:
+    """Nodes and weights (P, 64) that interpolate the field at positions (P, 3), m."""
+    whole = whole_leaf(model.mesh, *_size(model.scene))
+    nx, ny = len(whole.x), len(whole.y)
+    ix, wx = _lagrange(whole.x, position[:, 0], 4)
+    iy, wy = _lagrange(whole.y, position[:, 1], 4)
+    iz, wz = _through(whole.z, model.mesh.brick_layer, position[:, 2])
+    node = (iz[:, :, None, None] * ny + iy[:, None, :, None]) * nx + ix[:, None, None, :]
+    weight = wz[:, :, None, None] * wy[:, None, :, None] * wx[:, None, None, :]
+    count = len(position)
+    return whole.source[node.reshape(count, -1)], weight.reshape(count, -1)
+
+
+def _through(
+    z: Array, brick_layer: NDArray[np.int64], at: Array
+) -> tuple[NDArray[np.int64], Array]:
+    """Nodes and weights (P, 4) within the layer of each point."""
+    index, weight = np.zeros((len(at), 4), dtype=np.int64), np.zeros((len(at), 4))
+    for p, where in enumerate(at):
+        brick = int(np.clip(np.searchsorted(z, where, side="right") - 1, 0, len(z) - 2))
+        mine = np.flatnonzero(brick_layer == brick_layer[brick])
+        i, w = _lagrange(z[mine[0] : mine[-1] + 2], np.array([where]), 4)
+        index[p, : i.shape[1]], weight[p, : i.shape[1]] = i[0] + mine[0], w[0]
+    return index, weight
+
+
+def _lagrange(line: Array, at: Array, points: int) -> tuple[NDArray[np.int64], Array]:
+    """Nodes and weights (P, points) of the polynomial through the nearest nodes."""
+    points = min(points, len(line))
+    below = np.clip(np.searchsorted(line, at, side="right") - 1, 0, len(line) - 2)
+    first = np.clip(below - (points // 2 - 1), 0, len(line) - points)
+    index = first[:, None] + np.arange(points)
+    x = line[index]
+    weight = np.ones_like(x)
+    for i in range(points):
+        for j in range(points):
+            if i != j:
+                weight[:, i] *= (at - x[:, j]) / (x[:, i] - x[:, j])
+    return index, weight
+
+
+def unexposed_mean(model: DoorModel, temperature: Array) -> float:
+    """Area mean of the unexposed face, °C."""
+    area = model.mesh.unexposed_area.ravel()
+    return float(area @ temperature[-len(area) :] / area.sum())
+
+
+def unexposed_maximum(model: DoorModel, temperature: Array) -> float:
+    """Hottest node of the unexposed face, rim and all, °C."""
+    return float(temperature[-model.mesh.unexposed_area.size :].max())
+
+
+class InfraredView:
+    """The unexposed face as rows of pixels, row 0 on top, seen from the unexposed side.
+
+    From there +x is on the left. height, width : pixels; emissivity-corrected, so true °C.
+    """
+
+    def __init__(self, model: DoorModel, width: int = 96) -> None:
+        leaf = model.scene.leaf
+        self.width = width
+        self.height = max(1, round(width * leaf.height / leaf.width))
+        whole = whole_leaf(model.mesh, leaf.width, leaf.height)
+        x = 0.5 * leaf.width * (1.0 - (2.0 * np.arange(self.width) + 1.0) / self.width)
+        y = 0.5 * leaf.height * (1.0 - (2.0 * np.arange(self.height) + 1.0) / self.height)
+        self._across = _dense(whole.x, x)
+        self._up = _dense(whole.y, y)
+        nz, ny, nx = len(whole.z), len(whole.y), len(whole.x)
+        self._source = whole.source.reshape(nz, ny, nx)[-1]
+
+    def image(self, temperature: Array) -> NDArray[np.float32]:
+        """(height, width), °C."""
+        face = temperature[self._source]
+        return (self._up @ face @ self._across.T).astype(np.float32)
+
+
+def _dense(line: Array, at: Array) -> Array:
+    index, weight = _lagrange(line, at, 2)
+    out = np.zeros((len(at), len(line)))
+    np.put_along_axis(out, index, weight, axis=1)
+    return out

@@ -1,0 +1,501 @@
+"""What a fire door's scene may say: every key, its unit, what is possible and what is refused.
+
+Loading and the wording of refusals are in scene.py. Numbers are SI, temperatures °C.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    model_validator,
+)
+
+
+class Misplaced(ValueError):
+    """A refusal of one key, found where several keys are seen together."""
+
+    def __init__(self, path: tuple[str | int, ...], message: str) -> None:
+        super().__init__(message)
+        self.path = path
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        hint = " (a number without its unit: SI, and °C)" if isinstance(value, str) else ""
+        raise ValueError(f"is {value!r}; give a number{hint}")
+    if not math.isfinite(value):
+        raise ValueError(f"is {value!r}; give a finite number")
+    return float(value)
+
+
+def _between(low: float, high: float, unit: str, advice: str = "", open_low: bool = False) -> Any:
+    def check(value: float) -> float:
+        if not low <= value <= high or (open_low and value == low):
+            bracket = "more than" if open_low else "at least"
+            upper = "" if math.isinf(high) else f" and at most {high:g}"
+            raise ValueError(
+                f"is {value:g}; give {bracket} {low:g}{upper} {unit}".rstrip()
+                + (f" ({advice})" if advice else "")
+            )
+        return value
+
+    return AfterValidator(check)
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Thickness = Annotated[Number, _between(0.0, 2.0, "m", "metres, not millimetres", open_low=True)]
+Size = Annotated[Number, _between(0.0, 30.0, "m", "metres, not millimetres", open_low=True)]
+Position = Annotated[Number, _between(-30.0, 30.0, "m", "metres, not millimetres")]
+Density = Annotated[Number, _between(0.5, 3e4, "kg/m3", "steel has 7850 kg/m3, not 7.85 g/cm3")]
+FilmCoefficient = Annotated[Number, _between(0.0, 1e6, "W/(m2 K)")]
+Emissivity = Annotated[Number, _between(0.0, 1.0, "")]
+Temperature = Annotated[Number, _between(-273.15, 3000.0, "°C")]
+Ambient = Annotated[Number, _between(-100.0, 200.0, "°C", "degrees Celsius, not kelvin")]
+Positive = Annotated[Number, _between(0.0, math.inf, "", open_low=True)]
+NotNegative = Annotated[Number, _between(0.0, math.inf, "")]
+Fraction = Annotated[Number, _between(0.0, 1.0, "")]
+
+
+def _count(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 2000:
+        raise ValueError(f"is {value!r}; give a whole number from 1 to 2000")
+    return value
+
+
+Count = Annotated[int, BeforeValidator(_count)]
+Series = tuple[Number, ...]
+
+
+class Part(BaseModel):
+    """A section of a scene: nothing unknown in it, nothing changed after it is read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _property(value: Any) -> Any:
+    if isinstance(value, bool) or value is None:
+        raise ValueError(f"is {value!r}; give a number, a table or eurocode_3")
+    if isinstance(value, (int, float)):
+        return {"constant": value}
+    if isinstance(value, str):
+        if value != "eurocode_3":
+            raise ValueError(
+                f"is {value!r}; give a number (without its unit: SI), a table with temperature"
+                " and value, or eurocode_3"
+            )
+        return {"rule": value}
+    return value
+
+
+class Property(Part):
+    """A property over temperature: a number, a table, or Eurocode 3's rule for carbon steel.
+
+    `beyond` says what holds above a table's last temperature: `refuse`, `hold` or `extend`.
+    """
+
+    constant: Number | None = None
+    rule: Literal["eurocode_3"] | None = None
+    temperature: Series | None = None
+    value: Series | None = None
+    beyond: Literal["refuse", "hold", "extend"] = "refuse"
+
+    @model_validator(mode="after")
+    def _whole(self) -> Property:
+        if self.constant is not None or self.rule is not None:
+            return self
+        if self.temperature is None or self.value is None:
+            raise ValueError("is not a property; give a number, or both temperature and value")
+        if len(self.temperature) != len(self.value):
+            raise Misplaced(
+                ("value",),
+                f"has {len(self.value)} entries for {len(self.temperature)} temperatures;"
+                " give one for each",
+            )
+        if len(self.temperature) < 2:
+            raise Misplaced(("temperature",), "has one entry; give two or more, or one number")
+        for i, (a, b) in enumerate(zip(self.temperature, self.temperature[1:], strict=False)):
+            if not b > a:
+                raise Misplaced(
+                    ("temperature", i + 1), f"is {b:g} after {a:g}; give increasing temperatures"
+                )
+        return self
+
+    def lowest(self) -> float:
+        """The least value that the property takes."""
+        values = (self.constant,) if self.constant is not None else self.value or (1.0,)
+        return min(v for v in values if v is not None)
+
+
+AnyProperty = Annotated[Property, BeforeValidator(_property)]
+
+
+class MaterialPart(Part):
+    """A material. What is left out of one called `steel`, or `standard: eurocode_3`, is
+    carbon steel's by EN 1993-1-2."""
+
+    standard: Literal["eurocode_3"] | None = None
+    density: Density | None = None
+    specific_heat: AnyProperty | None = None
+    conductivity: AnyProperty | None = None
+    youngs_modulus: AnyProperty | None = None
+    poissons_ratio: Annotated[Number, _between(-0.5, 0.49, "")] | None = None
+    elongation: AnyProperty | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> MaterialPart:
+        limits = {
+            "specific_heat": (0.0, 1e5, "J/(kg K)"),
+            "conductivity": (0.0, 1e5, "W/(m K)"),
+        }
+        for name, (low, high, unit) in limits.items():
+            given: Property | None = getattr(self, name)
+            if given is None or given.rule is not None:
+                continue
+            values = (given.constant,) if given.constant is not None else given.value or ()
+            for i, value in enumerate(values):
+                if value is None or low < value <= high:
+                    continue
+                path: tuple[str | int, ...] = (name,)
+                if given.constant is None:
+                    path = (name, "value", i)
+                raise Misplaced(path, f"is {value:g}; give more than 0 and at most {high:g} {unit}")
+        modulus = self.youngs_modulus
+        if modulus is not None and modulus.rule is None and modulus.lowest() < 0.0:
+            raise Misplaced(("youngs_modulus",), "is negative; give at least 0 Pa")
+        return self
+
+
+class Layer(Part):
+    """One layer of the leaf, from the exposed face on."""
+
+    material: str
+    thickness: Thickness
+
+
+class Rim(Part):
+    """The channel that closes the leaf's edge and bridges its faces.
+
+    contact : 0 to 1, the share of the full channel's conduction through the thickness
+    """
+
+    material: str = "steel"
+    thickness: Thickness
+    contact: Fraction = 1.0
+
+
+class Leaf(Part):
+    """The door leaf."""
+
+    height: Size
+    width: Size
+    layers: Annotated[tuple[Layer, ...], Field(min_length=1, max_length=20)]
+    rim: Rim | None = None
+
+    @property
+    def thickness(self) -> float:
+        """m."""
+        return sum(layer.thickness for layer in self.layers)
+
+
+class Burners(Part):
+    """A lumped furnace: gas heated by burners under a controller, losing heat to its walls.
+
+    power : W of one burner at most; volume : m3; wall_area : m2; wall_effusivity : J/(m2 K s^0.5)
+    gain : 1/K, share of full power asked for per kelvin below the curve
+    integral_time : s; lag : s, a burner's
+    """
+
+    count: Annotated[int, Field(ge=1, le=100, strict=True)] = 4
+    power: Positive = 5.0e5
+    volume: Positive = 18.0
+    wall_area: Positive = 45.0
+    wall_effusivity: Positive = 300.0
+    gain: Positive = 0.02
+    integral_time: Positive = 60.0
+    lag: NotNegative = 4.0
+
+
+class FurnacePart(Part):
+    """What heats the exposed face.
+
+    curve : a standard's curve, `constant`, or `measured` (a CSV `file` with columns time and
+        temperature, or `time` in s and `temperature` in °C here)
+    longest_gap : s between two measured values that is bridged straight; longer is refused
+    burners : a lumped furnace that follows the curve, instead of the curve itself
+    """
+
+    curve: Literal["iso_834", "hydrocarbon", "external", "constant", "measured"] = "iso_834"
+    temperature: Temperature | Series | None = None
+    time: Series | None = None
+    file: str | None = None
+    longest_gap: Positive = 60.0
+    burners: Burners | None = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> FurnacePart:
+        if self.curve == "constant":
+            if not isinstance(self.temperature, float):
+                raise Misplaced(("temperature",), "is missing; a constant furnace needs one, in °C")
+        elif self.curve == "measured":
+            if (self.file is None) == (self.time is None):
+                raise ValueError("has no measurement; give file, or time and temperature")
+        elif self.temperature is not None or self.time is not None or self.file is not None:
+            raise ValueError(
+                f"has a {self.curve} curve and a temperature; give curve: constant or measured"
+            )
+        return self
+
+
+class SurfacePart(Part):
+    """How a surface meets its gas: convection, radiation, or held at the gas' temperature.
+
+    film_coefficient : W/(m2 K); emissivity : -, resulting
+    """
+
+    film_coefficient: FilmCoefficient | None = None
+    emissivity: Emissivity | None = None
+    gas: Literal["furnace", "ambient"] | None = None
+    held: bool | None = None
+
+
+class MeshPart(Part):
+    """How fine the leaf is divided.
+
+    in_plane : bricks across and up the modelled part, the rim's brick with them
+    layers : bricks through each layer
+    first_brick : m, width of the brick beside the rim; widths grow from there geometrically
+    """
+
+    in_plane: tuple[Count, Count] = (20, 40)
+    layers: tuple[Count, ...] | None = None
+    symmetry: Literal["quarter", "half", "none"] = "quarter"
+    first_brick: Thickness = 2.5e-3
+
+
+def _step(value: Any) -> Any:
+    if value is None or value == "auto":
+        return None
+    number = _number(value)
+    if number <= 0.0:
+        raise ValueError(f"is {value}; give more than 0 s, or auto")
+    return number
+
+
+class SolverPart(Part):
+    """How the equations are solved.
+
+    model : full, column, column_rim (a strip from the middle to one upright edge) or steady
+    of : what `steady` is the steady state of
+    step : s; auto (None): chosen so that a step's error stays below `tolerance`, K
+    """
+
+    model: Literal["full", "column", "column_rim", "steady"] = "full"
+    of: Literal["full", "column", "column_rim"] = "full"
+    step: Annotated[float | None, BeforeValidator(_step)] = None
+    method: Literal["tr_bdf2", "sdirk2", "implicit_euler"] = "tr_bdf2"
+    tolerance: Positive = 0.03
+
+    @property
+    def dimension(self) -> Literal["full", "column", "column_rim"]:
+        """The model whose mesh is used."""
+        return self.of if self.model == "steady" else self.model
+
+
+class Point(Part):
+    """A probe: x, y from the leaf's centre and z from the exposed face, m."""
+
+    x: Position = 0.0
+    y: Position = 0.0
+    z: Annotated[Number, _between(0.0, 2.0, "m", "metres, not millimetres")] | None = None
+
+
+class ProbesPart(Part):
+    """Where temperatures are read.
+
+    sets : the standards' points and the interior's; points : one's own (z left out: on the
+        unexposed face)
+    """
+
+    sets: tuple[Literal["thesis", "ftp", "en_1634", "interior"], ...] = (
+        "thesis",
+        "ftp",
+        "en_1634",
+        "interior",
+    )
+    points: dict[str, Point] = {}
+
+
+class CriteriaPart(Part):
+    """What the door is judged by.
+
+    division : FTP Code division: A (rise at most 140 K mean, 180 K anywhere), B or F (140, 225)
+    minutes : time asked for; gap : m between leaf and frame; deflection : m
+    """
+
+    division: Literal["A", "B", "F"] = "A"
+    minutes: Positive | None = None
+    mean_rise: Positive | None = None
+    maximum_rise: Positive | None = None
+    gap: Positive | None = None
+    deflection: Positive | None = None
+
+
+class DeformationPart(Part):
+    """Thermo-elastic deformation of the leaf.
+
+    hinges : heights of the hinges, m from the leaf's centre, on `hinge_side`
+    lock : height of the lock on the other side, m from the centre; interval : s between solutions
+    in_plane, layers : bricks of the solid model across, up, and through each layer
+    """
+
+    model: Literal["none", "solid", "shell"] = "none"
+    hinge_side: Literal["left", "right"] = "left"
+    hinges: Annotated[tuple[Position, ...], Field(min_length=1)] | None = None
+    lock: Position | None = 0.0
+    in_plane: tuple[Count, Count] = (12, 24)
+    layers: tuple[Count, ...] | None = None
+    interval: Positive = 300.0
+
+
+class Scene(Part):
+    """A fire door's scene, as design.md's section on scene files lays it down."""
+
+    model: Literal["fire_door"]
+    name: str = "door"
+    source: str = ""
+    leaf: Leaf
+    materials: dict[str, MaterialPart] = {}
+    furnace: FurnacePart = FurnacePart()
+    exposed: SurfacePart = SurfacePart()
+    unexposed: SurfacePart = SurfacePart()
+    lateral: SurfacePart = SurfacePart()
+    ambient: Ambient = 20.0
+    initial: Temperature | None = None
+    mesh: MeshPart = MeshPart()
+    solver: SolverPart = SolverPart()
+    probes: ProbesPart = ProbesPart()
+    criteria: CriteriaPart = CriteriaPart()
+    deformation: DeformationPart = DeformationPart()
+
+    @property
+    def start(self) -> float:
+        """Temperature of the leaf before the fire, °C."""
+        return self.ambient if self.initial is None else self.initial
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scene:
+        self._materials_known()
+        self._mesh_fits()
+        self._tables_reach()
+        return self
+
+    def _materials_known(self) -> None:
+        used: list[tuple[tuple[str | int, ...], str]] = [
+            (("leaf", "layers", i, "material"), layer.material)
+            for i, layer in enumerate(self.leaf.layers)
+        ]
+        if self.leaf.rim is not None:
+            used.append((("leaf", "rim", "material"), self.leaf.rim.material))
+        known = sorted({*self.materials, "steel"})
+        for path, name in used:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
+                right = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+                raise Misplaced(path, f"is {name!r}, which materials does not hold; {right}")
+        for name, material in self.materials.items():
+            if name == "steel" or material.standard is not None:
+                continue
+            for key in ("density", "specific_heat", "conductivity"):
+                if getattr(material, key) is None:
+                    raise Misplaced(("materials", name), f"lacks {key}; give it")
+
+    def _mesh_fits(self) -> None:
+        layers = len(self.leaf.layers)
+        for section in ("mesh", "deformation"):
+            given = getattr(self, section).layers
+            if given is not None and len(given) != layers:
+                raise Misplaced(
+                    (section, "layers"), f"has {len(given)} entries; give one a layer: {layers}"
+                )
+        rim = self.leaf.rim
+        if rim is not None:
+            if 2.0 * rim.thickness >= min(self.leaf.width, self.leaf.height):
+                raise Misplaced(
+                    ("leaf", "rim", "thickness"),
+                    f"is {rim.thickness:g}; give less than half of the leaf's width and height",
+                )
+            least = 2 if self.mesh.symmetry == "quarter" else 3
+            if self.solver.dimension != "column" and min(self.mesh.in_plane) < least:
+                raise Misplaced(
+                    ("mesh", "in_plane"), f"leaves no brick beside the rim; give at least {least}"
+                )
+        for key in ("hinges", "lock"):
+            value = getattr(self.deformation, key)
+            for y in value if isinstance(value, tuple) else (value,):
+                if y is not None and abs(y) > 0.5 * self.leaf.height:
+                    raise Misplaced(
+                        ("deformation", key),
+                        f"has {y:g}, off the leaf; give at most {0.5 * self.leaf.height:g}"
+                        " m from its centre",
+                    )
+        half = (0.5 * self.leaf.width, 0.5 * self.leaf.height, self.leaf.thickness)
+        for name, point in self.probes.points.items():
+            for key, limit in zip(("x", "y", "z"), half, strict=True):
+                value = getattr(point, key)
+                if value is not None and abs(value) > limit + 1e-9:
+                    raise Misplaced(
+                        ("probes", "points", name, key),
+                        f"is {value:g}, off the leaf; give at most {limit:g} m",
+                    )
+
+    def _tables_reach(self) -> None:
+        """No temperature that the scene is sure to reach lies above a table's end."""
+        reached = [(self.start, "the door starts at"), (self.ambient, "the ambient is at")]
+        furnace = self.furnace.temperature
+        if isinstance(furnace, float):
+            reached.append((furnace, "the furnace is at"))
+        elif furnace:
+            reached.append((max(furnace), "the measured furnace goes to"))
+        names = {layer.material for layer in self.leaf.layers}
+        for name, material in self.materials.items():
+            if name not in names:
+                continue
+            for key in ("conductivity", "specific_heat"):
+                table: Property | None = getattr(material, key)
+                if table is None or table.temperature is None or table.beyond != "refuse":
+                    continue
+                end = table.temperature[-1]
+                for temperature, what in reached:
+                    if temperature > end:
+                        raise Misplaced(
+                            ("materials", name, key, "temperature"),
+                            f"ends at {end:g} °C but {what} {temperature:g} °C; give values to"
+                            f" {temperature:g} °C, or beyond: hold or extend",
+                        )
+
+
+def keys_beside(path: tuple[Any, ...]) -> list[str]:
+    """Keys that a scene may have where the key `path` stands."""
+    model: Any = Scene
+    for key in path[:-1]:
+        field = getattr(model, "model_fields", {}).get(key)
+        if field is None:
+            continue
+        found = [a for a in _annotations(field.annotation) if hasattr(a, "model_fields")]
+        if not found:
+            return []
+        model = found[0]
+    return [name for name in model.model_fields if name not in ("source", "constant", "rule")]
+
+
+def _annotations(annotation: Any) -> list[Any]:
+    inner = getattr(annotation, "__args__", ())
+    return [annotation] + [a for part in inner for a in _annotations(part)]

@@ -1,0 +1,125 @@
+"""A whole test, offline: as fast as it goes, sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .conduction import Array
+from .criteria import Criteria, Criterion, FurnaceTolerance
+from .furnace import CURVES
+from .heat import Heat, HeatBalance
+from .model import DoorModel, door_model
+from .probes import probes_of, unexposed_maximum, unexposed_mean
+from .scene import Scene
+from .status import Status
+from .steady import steady_state
+
+
+@dataclass
+class Run:
+    """What a simulated test gave.
+
+    Attributes
+    ----------
+    time (K,) : s
+    nodes (N, 3) : m, x across the width, y up, both from the centre, z from the exposed face
+    temperature (K, N), furnace (K,) : °C
+    probes {name: (K,)} : °C; besides the scene's, `unexposed_mean` and `unexposed_maximum`
+    deflection (K, N, 3) or None : m, of the nodes; bow, gap (K,) with it
+    status : whether it ran to its end, and if not why
+    criteria, verdict : how the door stands, in numbers and in words
+    balance : heat stored, in and out; steps : time steps taken
+    furnace_tolerance : how well the furnace kept to its standard curve, where it has one
+    """
+
+    model: DoorModel
+    time: Array
+    nodes: Array
+    temperature: Array
+    furnace: Array
+    probes: dict[str, Array]
+    status: Status
+    criteria: list[Criterion]
+    verdict: str
+    balance: HeatBalance
+    steps: int = 0
+    deflection: Array | None = None
+    bow: Array | None = None
+    gap: Array | None = None
+    furnace_tolerance: FurnaceTolerance | None = None
+    work: dict[str, int] = field(default_factory=dict)
+
+
+def simulate(
+    scene: Scene,
+    duration: float = 3600.0,
+    sample_period: float = 60.0,
+    progress: Callable[[float], None] | None = None,
+) -> Run:
+    """Burn a door for `duration` s and sample it every `sample_period` s.
+
+    A steady scene gives one sample: the state in balance with the furnace at `duration`.
+    A run that has to stop gives the samples until then, and says why in `status`.
+
+    Raises
+    ------
+    SceneError
+        Where the furnace's log can't be used.
+    """
+    model = door_model(scene)
+    steady = scene.solver.model == "steady"
+    heat = steady_state(model, duration) if steady else Heat(model)
+    probes = probes_of(model)
+    criteria = Criteria(scene.criteria, probes, model.initial)
+    tolerance = FurnaceTolerance()
+    standard = CURVES.get(scene.furnace.curve)
+    count = 0 if steady else int(np.floor(duration / sample_period + 1e-9))
+    times: Array = sample_period * np.arange(count + 1, dtype=np.float64)
+    if not steady and duration - times[-1] > 1e-9 * duration:
+        times = np.append(times, duration)
+    if steady:
+        times = np.array([duration])
+    samples: list[tuple[Array, Array, float]] = []
+    for time in times:
+        if not (heat.status if steady else heat.advance(float(time))).ok:
+            break
+        readings = probes.read(heat.temperature)
+        criteria.watch(float(time), readings)
+        furnace = float(heat.furnace(float(time)))
+        if standard is not None:
+            each = getattr(heat.furnace, "thermocouples", lambda _t, f=furnace: np.array([f]))
+            tolerance.watch(float(time), float(standard(time)), each(float(time)))
+        samples.append((heat.temperature.copy(), readings, furnace))
+        if progress is not None:
+            progress(float(time))
+    kept = len(samples)
+    temperature = np.array([s[0] for s in samples]).reshape(kept, len(heat.temperature))
+    read = np.array([s[1] for s in samples]).reshape(kept, len(probes.name))
+    named = {name: read[:, i] for i, name in enumerate(probes.name)}
+    named["unexposed_mean"] = np.array([unexposed_mean(model, t) for t in temperature])
+    named["unexposed_maximum"] = np.array([unexposed_maximum(model, t) for t in temperature])
+    run = Run(
+        model=model,
+        time=times[:kept],
+        nodes=model.nodes,
+        temperature=temperature,
+        furnace=np.array([s[2] for s in samples]),
+        probes=named,
+        status=heat.status,
+        criteria=criteria.each,
+        verdict="",
+        balance=heat.balance,
+        steps=heat.steps,
+        furnace_tolerance=tolerance if standard is not None else None,
+        work={
+            "steps": heat.steps,
+            "rejected": heat.rejected,
+            "evaluations": int(heat.count[0]),
+            "linear_iterations": int(heat.count[1]),
+        },
+    )
+    run.verdict = criteria.verdict("" if run.status.ok else run.status.reason)
+    return run

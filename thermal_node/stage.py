@@ -1,0 +1,100 @@
+"""One implicit stage: find T with H(T) - g F(T) = B.
+
+Newton's iteration with the symmetric conductance of `evaluate` in place of the exact
+derivative. It must settle far below the heat that the stage exchanges, because that is what
+the heat balance of a step is made of. Where a step of the iteration would cross the specific
+heat peak of steel, the node is moved to where its heat, not its temperature, is what the step
+asked for: the iteration cannot jump over the peak and back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from .conduction import FAST, Field, Grid, Surface, Tables, evaluate, heat_at
+from .linear import Krylov, conjugate_gradients, factor_lines
+
+Array = NDArray[np.float64]
+
+CONVERGED, SLOW, NOT_FINITE = 0, 1, 2
+HEAT_TOLERANCE = 2e-7
+LINEAR_TOLERANCE = 0.02
+
+
+@njit(cache=True, fastmath=FAST)
+def solve_stage(
+    temperature: Array,
+    base: Array,
+    g: float,
+    gas: Array,
+    tables: Tables,
+    grid: Grid,
+    surface: Surface,
+    field: Field,
+    krylov: Krylov,
+    step: Array,
+    count: NDArray[np.int64],
+    most: int,
+) -> int:
+    """Solve in place for temperature (N,), °C; `field` is left evaluated there.
+
+    base : B (N,), J; g : s; gas (3,), °C; step (N,) : work
+    count (2,) : evaluations and linear iterations, added to
+    """
+    _count, _nz, ny, nx = grid.volume.shape
+    plane = nx * ny
+    n = temperature.size
+    volume = grid.volume.reshape(grid.volume.shape[0], n)
+    previous = np.inf
+    for _iteration in range(most):
+        evaluate(temperature, gas, tables, grid, surface, field)
+        count[0] += 1
+        residual, moved, capacity = 0.0, 0.0, 0.0
+        for i in range(n):
+            r = base[i] + g * field.flow[i] - field.heat[i]
+            krylov.r[i] = r
+            residual += abs(r)
+            moved += abs(field.heat[i] - base[i])
+            capacity += field.capacity[i]
+        if not residual < 1e300:
+            return NOT_FINITE
+        through = g * (field.surface_flow[3] + field.surface_flow[4] + field.surface_flow[5])
+        scale = HEAT_TOLERANCE * max(through, 0.01 * moved) + 1e-14 * capacity
+        if residual <= scale or (residual > 0.5 * previous and residual <= 30.0 * scale):
+            return CONVERGED
+        previous = residual
+        factor_lines(field, g, nx, plane, krylov)
+        count[1] += conjugate_gradients(step, nx, plane, krylov, LINEAR_TOLERANCE, 500)
+        for i in range(n):
+            wanted = field.capacity[i] * step[i]
+            if abs(step[i]) > 0.5:
+                temperature[i] = _not_past(
+                    tables, volume, i, temperature[i], step[i], field.heat[i] + wanted, abs(wanted)
+                )
+            else:
+                temperature[i] += step[i]
+    return SLOW
+
+
+@njit(cache=True, fastmath=FAST)
+def _not_past(
+    tables: Tables, volume: Array, i: int, t: float, step: float, wanted: float, change: float
+) -> float:
+    """t + step, or short of it where the node's heat is already `wanted` (J)."""
+    low, high = t, t + step
+    heat, _ = heat_at(tables, volume, i, high)
+    over = heat - wanted if step > 0.0 else wanted - heat
+    if over <= 0.1 * change:
+        return high
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        heat, _c = heat_at(tables, volume, i, middle)
+        if (heat - wanted if step > 0.0 else wanted - heat) > 0.0:
+            high = middle
+        else:
+            low = middle
+        if abs(high - low) < 1e-3:
+            break
+    return 0.5 * (low + high)
