@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import socket
 import subprocess
 import sys
@@ -11,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import rerun as rr
+
+from ..terminal.stop import stopped_by_signals
 
 LOOPBACK = "127.0.0.1"
 START_TIMEOUT = 15.0
@@ -80,15 +81,13 @@ def spawn(port: int) -> None:
 
 
 def free_port() -> int:
-    """Return rerun's own port if it is free, another one if not."""
-    for port in (int(os.environ.get("RERUN_PORT", "9876")), 0):
-        with socket.socket() as probe:
-            try:
-                probe.bind((LOOPBACK, port))
-            except OSError:
-                continue
-            return int(probe.getsockname()[1])
-    raise RuntimeError("no port is free on this host")
+    """Return a port that is free.
+
+    Not rerun's own: two views that start together would both find it free.
+    """
+    with socket.socket() as probe:
+        probe.bind((LOOPBACK, 0))
+        return int(probe.getsockname()[1])
 
 
 def address(port: int) -> str:
@@ -97,7 +96,10 @@ def address(port: int) -> str:
 
 
 def wait(duration: float | None) -> None:
-    """Stay until Ctrl-C, or for `duration` seconds."""
+    """Stay until Ctrl-C, which is passed on, or for `duration` seconds."""
     end = None if duration is None else time.monotonic() + duration
-    while end is None or time.monotonic() < end:
-        time.sleep(0.1)
+    with stopped_by_signals() as stopped:
+        while not stopped.asked and (end is None or time.monotonic() < end):
+            time.sleep(0.1)
+    if stopped.asked:
+        raise KeyboardInterrupt
