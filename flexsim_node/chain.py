@@ -62,6 +62,7 @@ class Workspace(NamedTuple):
     answer: np.ndarray  # (L, 2B)
     front: np.ndarray  # (3B, 3B)
     vector: np.ndarray  # (8, n)
+    drive: np.ndarray  # (1, 4, m): torque and prescribed motion between the ends of a step
     memory: np.ndarray  # (n,): what a method keeps from step to step
     coupling: np.ndarray  # (2B + 1, B)
     inertia: np.ndarray  # (B, B)
@@ -90,6 +91,7 @@ def workspace(chain: Chain) -> Workspace:
         answer=np.zeros((links, 2 * b)),
         front=np.zeros((3 * b, 3 * b)),
         vector=np.zeros((8, unknowns)),
+        drive=np.zeros((1, 4, int(np.sum(chain.link[:, KIND] != FIXED)))),
         memory=np.zeros(unknowns),
         coupling=np.zeros((2 * b + 1, b)),
         inertia=np.zeros((b, b)),

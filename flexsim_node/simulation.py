@@ -7,7 +7,7 @@ import numpy as np
 from .acceleration import OK, REASONS
 from .chain import FIXED, KIND, workspace
 from .energy import energy
-from .integrators import METHODS, generalized_alpha
+from .integrators import METHODS
 from .model import Model, build_model
 from .observation import Observation
 from .scene import Scene, SceneError
@@ -64,8 +64,9 @@ class Simulation:
 
     def prepare(self) -> None:
         """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""
-        if self.method == "generalized_alpha":
-            self.status = generalized_alpha.start(
+        start = getattr(METHODS.get(self.method), "start", None)
+        if start is not None:
+            self.status = start(
                 self.model.chain, self.work, self.x, self.v, self.torque[0], self.motion[0]
             )
 

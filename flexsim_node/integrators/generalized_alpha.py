@@ -71,7 +71,7 @@ def step(chain, work, x, v, torque, motion, h, option):
         if not size < 1e12:
             return NOT_FINITE
         norm = size
-        if size < 1e-12:
+        if size < 1e-11:
             break
     if norm > 1e-8:
         return NOT_CONVERGED
