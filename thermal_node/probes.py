@@ -141,11 +141,13 @@ def _through(
 ) -> tuple[NDArray[np.int64], Array]:
     """Nodes and weights (P, 4) within the layer of each point."""
     index, weight = np.zeros((len(at), 4), dtype=np.int64), np.zeros((len(at), 4))
-    for p, where in enumerate(at):
-        brick = int(np.clip(np.searchsorted(z, where, side="right") - 1, 0, len(z) - 2))
-        mine = np.flatnonzero(brick_layer == brick_layer[brick])
-        i, w = _lagrange(z[mine[0] : mine[-1] + 2], np.array([where]), 4)
-        index[p, : i.shape[1]], weight[p, : i.shape[1]] = i[0] + mine[0], w[0]
+    brick = np.clip(np.searchsorted(z, at, side="right") - 1, 0, len(z) - 2)
+    for layer in np.unique(brick_layer[brick]):
+        here = np.flatnonzero(brick_layer[brick] == layer)
+        mine = np.flatnonzero(brick_layer == layer)
+        i, w = _lagrange(z[mine[0] : mine[-1] + 2], at[here], 4)
+        index[here[:, None], np.arange(i.shape[1])] = i + mine[0]
+        weight[here[:, None], np.arange(i.shape[1])] = w
     return index, weight
 
 

@@ -353,14 +353,14 @@ class DeformationPart(Part):
 
     hinges : heights of the hinges, m from the leaf's centre, on `hinge_side`
     lock : height of the lock on the other side, m from the centre; interval : s between solutions
-    in_plane, layers : bricks of the solid model across, up, and through each layer
+    in_plane, layers : elements across and up the whole leaf, and through each layer
     """
 
     model: Literal["none", "solid", "shell"] = "none"
     hinge_side: Literal["left", "right"] = "left"
     hinges: Annotated[tuple[Position, ...], Field(min_length=1)] | None = None
     lock: Position | None = 0.0
-    in_plane: tuple[Count, Count] = (12, 24)
+    in_plane: tuple[Count, Count] = (32, 64)
     layers: tuple[Count, ...] | None = None
     interval: Positive = 300.0
 

@@ -28,7 +28,8 @@ class Run:
     nodes (N, 3) : m, x across the width, y up, both from the centre, z from the exposed face
     temperature (K, N), furnace (K,) : °C
     probes {name: (K,)} : °C; besides the scene's, `unexposed_mean` and `unexposed_maximum`
-    deflection (K, N, 3) or None : m, of the nodes; bow, gap (K,) with it
+    deflection (K, N, 3), bow (K,), gap (K,), or None : m, where the scene asks for a
+        deformation; solved every `deformation.interval` s and straight between
     status : whether it ran to its end, and if not why
     criteria, verdict : how the door stands, in numbers and in words
     balance : heat stored, in and out; steps : time steps taken
@@ -96,6 +97,7 @@ def simulate(
         if progress is not None:
             progress(float(time))
     kept = len(samples)
+    shape = _deflections(model, times[:kept], samples, criteria)
     temperature = np.array([s[0] for s in samples]).reshape(kept, len(heat.temperature))
     read = np.array([s[1] for s in samples]).reshape(kept, len(probes.name))
     named = {name: read[:, i] for i, name in enumerate(probes.name)}
@@ -113,6 +115,9 @@ def simulate(
         verdict="",
         balance=heat.balance,
         steps=heat.steps,
+        deflection=None if shape is None else shape[0],
+        bow=None if shape is None else shape[1],
+        gap=None if shape is None else shape[2],
         furnace_tolerance=tolerance if standard is not None else None,
         work={
             "steps": heat.steps,
@@ -123,3 +128,36 @@ def simulate(
     )
     run.verdict = criteria.verdict("" if run.status.ok else run.status.reason)
     return run
+
+
+def _deflections(
+    model: DoorModel,
+    times: Array,
+    samples: list[tuple[Array, Array, float]],
+    criteria: Criteria,
+) -> tuple[Array, Array, Array] | None:
+    """Displacement (K, N, 3), bow (K,) and gap (K,), m, where the scene asks for them."""
+    part = model.scene.deformation
+    if part.model == "none" or not samples:
+        return None
+    from .deformation.leaf import Deformation
+
+    deformation = Deformation(model)
+    solved = [0]
+    for k in range(1, len(times)):
+        last = k == len(times) - 1
+        if last or times[k] - times[solved[-1]] > part.interval - 1e-6:
+            solved.append(k)
+    shapes = [deformation.solve(samples[k][0]) for k in solved]
+    bow = np.interp(times, times[solved], [s.bow for s in shapes])
+    gap = np.interp(times, times[solved], [s.gap for s in shapes])
+    largest = np.interp(times, times[solved], [s.largest for s in shapes])
+    displacement = np.empty((len(times), *shapes[0].displacement.shape))
+    for k, time in enumerate(times):
+        i = min(int(np.searchsorted(times[solved], time, side="right")) - 1, len(solved) - 1)
+        j = min(i + 1, len(solved) - 1)
+        span = times[solved[j]] - times[solved[i]]
+        share = (time - times[solved[i]]) / span if span > 0.0 else 0.0
+        displacement[k] = (1.0 - share) * shapes[i].displacement + share * shapes[j].displacement
+        criteria.watch_deflection(float(time), float(gap[k]), float(largest[k]))
+    return displacement, bow, gap

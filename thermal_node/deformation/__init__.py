@@ -1,0 +1,1 @@
+"""Thermo-elastic deformation of the leaf: solid bricks, and a layered shell."""

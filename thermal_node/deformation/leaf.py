@@ -1,0 +1,255 @@
+"""How the leaf bends: the scene's supports, the field on the structural grid, gap and bow.
+
+deformation = Deformation(model)
+deflection = deformation.solve(heat.temperature)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..materials import Material
+from ..mesh.grading import graded_from_end
+from ..mesh.whole import whole_leaf
+from ..model import DoorModel, material_of
+from ..probes import weights_at
+from ..scene import SceneError
+from ..schema import Scene
+from .shell import ShellLeaf
+from .solid import SolidLeaf
+
+Array = NDArray[np.float64]
+
+FIRST_BRICK = 0.01
+"""m; width of the structural brick beside the rim."""
+HINGE_HEIGHTS = (-0.4, 0.0, 0.4)
+"""Where hinges sit if the scene does not say: shares of the leaf's height from its centre."""
+THICK_BRICKS = {"solid": 3, "shell": 6}
+THIN = 3e-3
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """A solved shape.
+
+    displacement (N, 3) : m, of the model's nodes
+    bow : m, how far the leaf's middle stands out of the plane through its corners, positive
+        towards the fire
+    edge_gap : m, the largest distance by which each edge has left the frame's plane
+    """
+
+    displacement: Array
+    bow: float
+    edge_gap: dict[str, float]
+
+    @property
+    def gap(self) -> float:
+        """The largest gap of any edge, m."""
+        return max(self.edge_gap.values())
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement through the leaf's plane, m."""
+        return float(np.abs(self.displacement[:, 2]).max())
+
+
+class Deformation:
+    """The structural model of a scene's leaf, built once.
+
+    Hinges hold their points on the unexposed face against moving through the leaf's plane, the
+    middle one in the plane as well; the lock holds its point against moving through the plane.
+    Raises SceneError where a material says nothing of its stiffness.
+    """
+
+    def __init__(self, model: DoorModel) -> None:
+        scene = model.scene
+        self.model = model
+        self.kind = "solid" if scene.deformation.model == "none" else scene.deformation.model
+        names = model.mesh.material_names
+        materials = tuple(_stiff(name, scene) for name in names)
+        half_y = 0.5 * scene.leaf.height
+        heights = scene.deformation.hinges or tuple(s * scene.leaf.height for s in HINGE_HEIGHTS)
+        lock = scene.deformation.lock
+        even = np.allclose(sorted(heights), sorted(-y for y in heights)) and lock in (0.0, None)
+        self.mirrored = "y" in model.mesh.mirror and even
+        x, y, z = self._lines(scene)
+        material, rim = _bricks(scene, names, x, y, z)
+        supports = _supports(scene, heights, lock, half=self.mirrored)
+        if self.kind == "solid":
+            self._solid = SolidLeaf(x, y, z, material, materials, supports)
+            if self.mirrored:
+                self._solid.mirror_in_y(0.0)
+            self._field = weights_at(model, self._solid.nodes)
+        else:
+            self._shell = ShellLeaf(x, y, z, material, materials, rim, supports)
+            if self.mirrored:
+                self._shell.mirror_in_y(0.0)
+            place = self._shell.gauss_points()
+            points = np.empty((*place.shape[:2], len(self._shell.z), 3))
+            points[..., :2] = place[:, :, None, :]
+            points[..., 2] = self._shell.z
+            self._shape = points.shape[:3]
+            self._field = weights_at(model, points.reshape(-1, 3))
+        self._edges = {
+            "left": np.array([[-0.5 * scene.leaf.width, s * half_y] for s in _ALONG]),
+            "right": np.array([[0.5 * scene.leaf.width, s * half_y] for s in _ALONG]),
+            "top": np.array([[s * 0.5 * scene.leaf.width, half_y] for s in _ALONG]),
+            "bottom": np.array([[s * 0.5 * scene.leaf.width, -half_y] for s in _ALONG]),
+        }
+
+    def solve(self, temperature: Array) -> Deflection:
+        """The shape at node temperatures (N,), °C."""
+        index, weight = self._field
+        at = np.einsum("pj,pj->p", weight, temperature[index])
+        if self.kind == "solid":
+            self._u = self._solid.displacement(at)
+        else:
+            self._u = self._shell.displacement(at.reshape(self._shape))
+        leaf = self.model.scene.leaf
+        x, y, t = 0.5 * leaf.width, 0.5 * leaf.height, leaf.thickness
+        key = np.array([[-x, -y, t], [x, -y, t], [-x, y, t], [x, y, t], [0.0, 0.0, t]])
+        w = self.displacement_at(key)[:, 2]
+        gaps = {
+            name: float(
+                np.abs(self.displacement_at(np.c_[points, np.full(len(points), t)])[:, 2]).max()
+            )
+            for name, points in self._edges.items()
+        }
+        return Deflection(
+            displacement=self.displacement_at(self.model.nodes),
+            bow=float(w[:4].mean() - w[4]),
+            edge_gap=gaps,
+        )
+
+    def displacement_at(self, position: Array) -> Array:
+        """Displacement (P, 3), m, of the last solution at positions (P, 3), m."""
+        where = position.copy()
+        below = self.mirrored & (where[:, 1] < 0.0)
+        where[below, 1] *= -1.0
+        lines = self._solid.lines if self.kind == "solid" else self._shell.lines
+        if self.kind == "solid":
+            u = _on_grid(lines, where, self._u)
+        else:
+            v = _on_grid((lines[0], lines[1], np.zeros(1)), where, self._u)
+            z = (where[:, 2] - self._shell.middle)[:, None]
+            u = np.concatenate([v[:, :2] + z * v[:, 3:], v[:, 2:3]], axis=1)
+        u[below, 1] *= -1.0
+        return u
+
+    def whole(self) -> Array:
+        """Displacement of the whole leaf's nodes (see mesh.whole), m."""
+        leaf = self.model.scene.leaf
+        return self.displacement_at(whole_leaf(self.model.mesh, leaf.width, leaf.height).nodes)
+
+    def _lines(self, scene: Scene) -> tuple[Array, Array, Array]:
+        leaf, part = scene.leaf, scene.deformation
+        x = _line(leaf.width, part.in_plane[0], scene)
+        y = _line(leaf.height, part.in_plane[1], scene)
+        if self.mirrored:
+            y = _half_line(leaf.height, max(part.in_plane[1] // 2, 2), scene)
+        counts = part.layers or tuple(
+            1 if layer.thickness <= THIN else THICK_BRICKS[self.kind] for layer in leaf.layers
+        )
+        z = [np.zeros(1)]
+        for layer, count in zip(leaf.layers, counts, strict=True):
+            z.append(z[-1][-1] + np.linspace(0.0, layer.thickness, count + 1)[1:])
+        return x, y, np.concatenate(z)
+
+
+_ALONG = np.linspace(-1.0, 1.0, 41)
+
+
+def _stiff(name: str, scene: Scene) -> Material:
+    part = scene.materials.get(name)
+    eurocode = name == "steel" or (part is not None and part.standard is not None)
+    if not eurocode and (part is None or part.youngs_modulus is None):
+        raise SceneError(
+            f"{scene.source}: materials.{name}: lacks youngs_modulus; give it in Pa for the"
+            " deformation (rock wool: about 5e5)"
+        )
+    return material_of(name, scene)
+
+
+def _line(size: float, count: int, scene: Scene) -> Array:
+    rim = scene.leaf.rim
+    if rim is None:
+        return np.linspace(-0.5 * size, 0.5 * size, count + 1, dtype=np.float64)
+    inner = size - 2.0 * rim.thickness
+    x = graded_from_end(inner, max(count - 2, 1), FIRST_BRICK, both=True) - 0.5 * inner
+    return np.concatenate([[-0.5 * size], x, [0.5 * size]])
+
+
+def _half_line(size: float, count: int, scene: Scene) -> Array:
+    rim = scene.leaf.rim
+    if rim is None:
+        return np.linspace(0.0, 0.5 * size, count + 1, dtype=np.float64)
+    return np.append(
+        graded_from_end(0.5 * size - rim.thickness, max(count - 1, 1), FIRST_BRICK), 0.5 * size
+    )
+
+
+def _bricks(
+    scene: Scene, names: tuple[str, ...], x: Array, y: Array, z: Array
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Material of each brick, and where the rim's web stands across x (1) or y (2)."""
+    faces = np.cumsum([layer.thickness for layer in scene.leaf.layers])
+    middle = 0.5 * (z[:-1] + z[1:])
+    layer_of = np.minimum(np.searchsorted(faces, middle), len(faces) - 1)
+    index = np.array([names.index(layer.material) for layer in scene.leaf.layers])
+    shape = (len(z) - 1, len(y) - 1, len(x) - 1)
+    material = np.broadcast_to(index[layer_of][:, None, None], shape).copy()
+    rim = np.zeros(shape[1:], dtype=np.int64)
+    if scene.leaf.rim is not None:
+        edge_x = 0.5 * scene.leaf.width - scene.leaf.rim.thickness
+        edge_y = 0.5 * scene.leaf.height - scene.leaf.rim.thickness
+        rim[:, np.abs(0.5 * (x[:-1] + x[1:])) > edge_x] |= 1
+        rim[np.abs(0.5 * (y[:-1] + y[1:])) > edge_y] |= 2
+        web = names.index(scene.leaf.rim.material)
+        material = np.where((rim > 0)[None], web, material)
+    return material, rim
+
+
+def _supports(
+    scene: Scene, heights: tuple[float, ...], lock: float | None, half: bool
+) -> list[tuple[tuple[float, float, float], tuple[int, ...]]]:
+    x = 0.5 * scene.leaf.width * (-1.0 if scene.deformation.hinge_side == "left" else 1.0)
+    t = scene.leaf.thickness
+    order = sorted(heights, key=abs)
+    supports: list[tuple[tuple[float, float, float], tuple[int, ...]]] = []
+    for number, y in enumerate(order):
+        if half and y < -1e-12:
+            continue
+        # In the plane: the hinge nearest to the middle holds both ways, one more across, so
+        # that the leaf neither drifts nor turns and still stretches freely.
+        axes = (0, 1, 2) if number == 0 else ((0, 2) if number == 1 and not half else (2,))
+        supports.append(((x, y, t), axes))
+    if lock is not None:
+        supports.append(((-x, lock, t), (2,)))
+    return supports
+
+
+def _on_grid(lines: tuple[Array, Array, Array], position: Array, value: Array) -> Array:
+    """Trilinear values (P, c) at positions from values (N, c) on a tensor grid, x fastest."""
+    shape = tuple(len(line) for line in lines)
+    index: list[NDArray[np.int64]] = []
+    weight: list[Array] = []
+    for axis, line in enumerate(lines):
+        if len(line) == 1:
+            index.append(np.zeros((len(position), 1), dtype=np.int64))
+            weight.append(np.ones((len(position), 1)))
+            continue
+        i = np.clip(np.searchsorted(line, position[:, axis], side="right") - 1, 0, len(line) - 2)
+        s = (position[:, axis] - line[i]) / (line[i + 1] - line[i])
+        index.append(np.stack([i, i + 1], axis=1))
+        weight.append(np.stack([1.0 - s, s], axis=1))
+    out = np.zeros((len(position), value.shape[1]))
+    for c in range(index[2].shape[1]):
+        for b in range(2):
+            for a in range(2):
+                node = (index[2][:, c] * shape[1] + index[1][:, b]) * shape[0] + index[0][:, a]
+                w = weight[2][:, c] * weight[1][:, b] * weight[0][:, a]
+                out += w[:, None] * value[node]
+    return out
