@@ -1,0 +1,429 @@
+"""The robot's equations by another road: Lagrange's equations of sampled points of the displaced chain.
+
+Every element is filled with Gauss points (x, y, z) of the field
+
+    p = o_l(q) + R_l(q) (x + N(x, y, z) d_l),    d_l = T_l(q) u
+
+built with 4 x 4 Denavit-Hartenberg matrices in the base frame.  Kinetic energy is the sum over the points,
+strain energy that of the strains at the Gauss points.  Derivatives are taken by complex steps, which are
+exact to rounding; nothing here knows of angular velocities, mass matrices or recursions, and nothing but
+the scene and the section constants is taken from flexsim_node.
+
+Coordinates, in the order of flexsim's unknowns: the joints' q; then link by link the joint's own elastic
+rotation (where it is not zeroed) and the free dofs of nodes 1, 2, ... in beam axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flexsim_node.scene import Link, Scene
+from flexsim_node.section import section
+
+STEP = 1e-30  # of the complex derivative; no difference is taken, so it can be this small
+GAUSS, WEIGHT = np.polynomial.legendre.leggauss(6)
+
+
+def cross_matrix(v: np.ndarray) -> np.ndarray:
+    """(3, 3) matrix of v x."""
+    x, y, z = v
+    return np.array([[0 * x, -z, y], [z, 0 * x, -x], [-y, x, 0 * x]])
+
+
+class Moving:
+    """A vector or matrix with its rate, product rule included."""
+
+    def __init__(self, value, rate=None):
+        self.value = np.asarray(value)
+        self.rate = np.zeros(self.value.shape) if rate is None else np.asarray(rate)
+
+    def __matmul__(self, other):
+        return Moving(self.value @ other.value, self.rate @ other.value + self.value @ other.rate)
+
+    def __add__(self, other):
+        return Moving(self.value + other.value, self.rate + other.rate)
+
+    @property
+    def T(self):
+        return Moving(self.value.T, self.rate.T)
+
+
+def rotation_z(angle, rate) -> Moving:
+    c, s = np.cos(angle), np.sin(angle)
+    zero = 0 * c
+    return Moving(
+        [[c, -s, zero], [s, c, zero], [zero, zero, zero + 1]],
+        np.array([[-s, -c, zero], [c, -s, zero], [zero, zero, zero]]) * rate,
+    )
+
+
+def rotation_x(angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+
+def shape(xi: float, length: float, phi: float) -> tuple[np.ndarray, ...]:
+    """Deflection, slope, rotation, curvature for (w1, t1, w2, t2) (Przemieniecki 1968, section 11.3)."""
+    k = 1.0 / (1.0 + phi)
+    w = k * np.array(
+        [
+            1 - 3 * xi**2 + 2 * xi**3 + phi * (1 - xi),
+            length * (xi - 2 * xi**2 + xi**3 + 0.5 * phi * (xi - xi**2)),
+            3 * xi**2 - 2 * xi**3 + phi * xi,
+            length * (-(xi**2) + xi**3 - 0.5 * phi * (xi - xi**2)),
+        ]
+    )
+    slope = (k / length) * np.array(
+        [
+            -6 * xi + 6 * xi**2 - phi,
+            length * (1 - 4 * xi + 3 * xi**2 + 0.5 * phi * (1 - 2 * xi)),
+            6 * xi - 6 * xi**2 + phi,
+            length * (-2 * xi + 3 * xi**2 - 0.5 * phi * (1 - 2 * xi)),
+        ]
+    )
+    turn = k * np.array(
+        [
+            6 * (xi**2 - xi) / length,
+            1 - 4 * xi + 3 * xi**2 + phi * (1 - xi),
+            6 * (xi - xi**2) / length,
+            -2 * xi + 3 * xi**2 + phi * xi,
+        ]
+    )
+    curvature = (k / length) * np.array(
+        [
+            6 * (2 * xi - 1) / length,
+            -4 + 6 * xi - phi,
+            6 * (1 - 2 * xi) / length,
+            -2 + 6 * xi + phi,
+        ]
+    )
+    return w, slope, turn, curvature
+
+
+Y_PLANE = [1, 5, 7, 11]  # of (12,): uy, rz of both nodes
+Z_PLANE = [2, 4, 8, 10]
+Z_SIGN = np.array([1.0, -1.0, 1.0, -1.0])
+
+
+@dataclass
+class Element:
+    """Constant matrices of one element over its 12 nodal dofs (start, end)."""
+
+    points: np.ndarray  # (P, 3) undeformed, beam axes
+    field: np.ndarray  # (P, 3, 12)
+    mass: np.ndarray  # (P,)
+    strains: list = field(default_factory=list)  # (stiffness, (12,) linear part)
+    axial: tuple | None = None  # stiffness, (12,), list of (weight, slope (12,))
+    spin: list = field(default_factory=list)  # (inertia, (12,) twist)
+
+
+def beam_axes(link: Link) -> tuple[np.ndarray, np.ndarray]:
+    """Vector along the link and beam axes (columns), in the link's frame."""
+    dh = link.dh
+    along = rotation_x(dh.alpha).T @ [dh.a, 0.0, dh.d]
+    length = np.linalg.norm(along)
+    if length == 0.0:
+        return along, np.eye(3)
+    x = along / length
+    z = np.array([0.0, 0.0, 1.0])
+    if np.linalg.norm(np.cross(z, x)) < 1e-9:
+        z = np.array([1.0, 0.0, 0.0])
+    y = np.cross(z, x)
+    y /= np.linalg.norm(y)
+    return along, np.column_stack([x, y, np.cross(x, y)])
+
+
+def build_element(scene: Scene, link: Link, start: float, length: float, flexible: bool) -> Element:
+    beam, effects = link.beam, scene.effects
+    s = section(beam)
+    e_modulus = beam.youngs_modulus
+    g_modulus = e_modulus / (2 * (1 + beam.poissons_ratio))
+    phi_y = phi_z = 0.0
+    if effects.shear and flexible:
+        phi_z = 12 * e_modulus * s.iz / (g_modulus * s.shear_area_y * length**2)
+        phi_y = 12 * e_modulus * s.iy / (g_modulus * s.shear_area_z * length**2)
+    points, fields, masses, strains, slopes, spin = [], [], [], [], [], []
+    # four fibres have the section's area and second moments
+    ry, rz = np.sqrt(s.iz / s.area), np.sqrt(s.iy / s.area)
+    fibres = [(sy * ry, sz * rz) for sy in (-1, 1) for sz in (-1, 1)]
+    if not effects.rotary_inertia:
+        fibres = [(0.0, 0.0)]
+    for g, weight in zip(GAUSS, WEIGHT, strict=True):
+        xi, w = 0.5 * (1 + g), 0.5 * weight * length
+        wy, slope_y, turn_z, curve_z = shape(xi, length, phi_z)
+        wz, slope_z, turn_y, curve_y = shape(xi, length, phi_y)
+        centre, rotation = np.zeros((3, 12)), np.zeros((3, 12))
+        centre[0, [0, 6]] = rotation[0, [3, 9]] = 1 - xi, xi
+        centre[1, Y_PLANE], rotation[2, Y_PLANE] = wy, turn_z
+        centre[2, Z_PLANE], rotation[1, Z_PLANE] = wz * Z_SIGN, -turn_y * Z_SIGN
+        for y, z in fibres:
+            arm = np.array([0.0, y, z])
+            points.append([start + xi * length, y, z])
+            fields.append(centre - cross_matrix(arm) @ rotation)
+            masses.append(beam.density * s.area * w / len(fibres))
+        if not effects.rotary_inertia and effects.torsion:
+            spin.append((beam.density * (s.iy + s.iz) * w, rotation[0]))
+        if not flexible:
+            continue
+        bend_z, bend_y = np.zeros(12), np.zeros(12)
+        bend_z[Y_PLANE], bend_y[Z_PLANE] = curve_z, curve_y * Z_SIGN
+        strains += [(e_modulus * s.iz * w, bend_z), (e_modulus * s.iy * w, bend_y)]
+        sy, sz = np.zeros(12), np.zeros(12)
+        sy[Y_PLANE], sz[Z_PLANE] = slope_y, slope_z * Z_SIGN
+        slopes += [(w / length, sy), (w / length, sz)]
+        if effects.shear:
+            strains.append((g_modulus * s.shear_area_y * w, sy - rotation[2]))
+            strains.append((g_modulus * s.shear_area_z * w, sz + rotation[1]))
+    built = Element(np.array(points), np.array(fields), np.array(masses), spin=spin)
+    if flexible:
+        twist, stretch = np.zeros(12), np.zeros(12)
+        twist[[3, 9]] = stretch[[0, 6]] = -1 / length, 1 / length
+        built.strains = [*strains, (g_modulus * s.j * length, twist)]
+        stiffening = effects.centrifugal and effects.axial
+        built.axial = (e_modulus * s.area * length, stretch, slopes if stiffening else [])
+    return built
+
+
+def build_body(body, end: float, axes: np.ndarray) -> Element:
+    """A rigid body as six points with its mass, centre and inertia."""
+    inertia = np.zeros((3, 3)) if body.inertia is None else np.array(body.inertia)
+    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    moments, directions = np.linalg.eigh(second)
+    points, fields = [], []
+    for k in range(3):
+        for sign in (-1, 1):
+            arm = sign * np.sqrt(3 * max(moments[k], 0) / body.mass) * directions[:, k]
+            arm = axes.T @ (np.array(body.center_of_mass) + arm)
+            row = np.zeros((3, 12))
+            row[:, 6:9], row[:, 9:12] = np.eye(3), -cross_matrix(arm)
+            points.append(arm + [end, 0, 0])
+            fields.append(row)
+    return Element(np.array(points), np.array(fields), np.full(6, body.mass / 6))
+
+
+class IndependentChain:
+    """Mass matrix, forces and accelerations of a scene's chain.
+
+    planar leaves out what lies outside the plane; zeroed lists (link, node, direction (6,) in beam axes),
+    none for `root`.
+    """
+
+    def __init__(self, scene: Scene, planar: bool = False, zeroed: list | None = None) -> None:
+        self.scene = scene
+        self.damping = (
+            (scene.damping.alpha, scene.damping.beta) if scene.effects.damping else (0, 0)
+        )
+        self.gravity = np.array(scene.gravity if scene.effects.gravity else (0.0, 0.0, 0.0))
+        self.joints = len(scene.joints)
+        held = {} if zeroed is None else {(n, i): np.asarray(d) for n, i, d in zeroed}
+        n = self.joints
+        self.links = []
+        for number, link in enumerate(scene.links):
+            along, axes = beam_axes(link)
+            length = float(np.linalg.norm(along))
+            flexible = bool(link.beam is not None and link.flexible)
+            count = link.beam.elements if flexible else (1 if length > 0 else 0)
+            own = None
+            if (
+                zeroed is not None
+                and link.joint.type == "revolute"
+                and not any(l == number and i == 0 for l, i, _ in zeroed)
+            ):
+                own, n = n, n + 1
+            e = scene.effects
+            free = [e.axial, e.bending_z, e.bending_y, e.torsion, e.bending_y, e.bending_z]
+            free = [flexible and on for on in free]
+            if planar:
+                free = [on and k in (0, 1, 5) for k, on in enumerate(free)]
+            nodes = []
+            for i in range(1, count + 1):
+                place = {}
+                lost = held.get((number, i))
+                pivot = None if lost is None else int(np.argmax(np.abs(lost)))
+                for k in range(6):
+                    if free[k] and k != pivot:
+                        place[k], n = n, n + 1
+                nodes.append((place, free, pivot, lost))
+            step = length / count if count else 0.0
+            elements = [
+                build_element(scene, link, i * step, step, flexible)
+                for i in range(count if link.beam is not None else 0)
+            ]
+            bodies = [
+                build_body(b, length, axes) for b in (link.rigid, link.payload) if b and b.mass > 0
+            ]
+            self.links.append((link, along, axes, step, own, nodes, elements, bodies))
+        self.unknowns = n
+
+    def motion(self, z: np.ndarray, zd: np.ndarray) -> list:
+        """For each link: origin, rotation of the beam axes, nodal rows (each Moving)."""
+        origin, turn = Moving(np.zeros(3)), Moving(np.eye(3))
+        end = (Moving(np.zeros(3)), Moving(np.zeros(3)))  # displacement, rotation, base frame
+        k, out = 0, []
+        for link, along, axes, step, own, nodes, _, _ in self.links:
+            q = qd = 0.0
+            if link.joint.type != "fixed":
+                q, qd, k = z[k], zd[k], k + 1
+            revolute, slides = link.joint.type == "revolute", link.joint.type == "prismatic"
+            joint_axis = turn @ Moving([0.0, 0.0, 1.0])
+            slide = Moving([0.0, 0.0, q if slides else 0.0], [0, 0, qd if slides else 0.0])
+            slide = turn @ slide
+            angle = link.dh.theta + (q if revolute else 0.0)
+            spun = turn @ rotation_z(angle, qd if revolute else 0.0)
+            turn = spun @ Moving(rotation_x(link.dh.alpha))
+            origin = origin + slide
+            basis = turn @ Moving(axes)
+            u, r = end
+            u = u + Moving(cross_matrix(r.value), cross_matrix(r.rate)) @ slide
+            if own is not None:
+                r = r + Moving(
+                    joint_axis.value * z[own], joint_axis.rate * z[own] + joint_axis.value * zd[own]
+                )
+            u, r = basis.T @ u, basis.T @ r
+            rows = [Moving(np.concatenate([u.value, r.value]), np.concatenate([u.rate, r.rate]))]
+            for place, free, pivot, lost in nodes:
+                before = rows[-1]
+                value, rate = np.zeros(6, dtype=complex), np.zeros(6, dtype=complex)
+                for part, source, full in ((value, z, before.value), (rate, zd, before.rate)):
+                    for i in range(6):
+                        if i in place:
+                            part[i] = source[place[i]]
+                        elif not free[i]:
+                            # rigid where it may not deform
+                            part[i] = full[i]
+                            part[i] += step * full[5] if i == 1 else 0.0
+                            part[i] -= step * full[4] if i == 2 else 0.0
+                    if pivot is not None:
+                        part[pivot] = 0.0
+                        part[pivot] = -(lost @ part) / lost[pivot]
+                rows.append(Moving(value, rate))
+            out.append((origin, basis, rows))
+            u = Moving(rows[-1].value[:3], rows[-1].rate[:3])
+            r = Moving(rows[-1].value[3:], rows[-1].rate[3:])
+            end = basis @ u, basis @ r
+            origin = origin + turn @ Moving(along)
+        return out
+
+    def pieces(self, motion: list):
+        """(element or body, origin, basis, rows (12,) Moving) one after the other."""
+        for (_, _, _, _, _, _, elements, bodies), (origin, basis, rows) in zip(
+            self.links, motion, strict=True
+        ):
+            for i, element in enumerate(elements):
+                a, b = rows[i], rows[i + 1]
+                yield (
+                    element,
+                    origin,
+                    basis,
+                    Moving(np.concatenate([a.value, b.value]), np.concatenate([a.rate, b.rate])),
+                )
+            for body in bodies:
+                a = rows[-1]
+                yield (
+                    body,
+                    origin,
+                    basis,
+                    Moving(np.concatenate([a.value, a.value]), np.concatenate([a.rate, a.rate])),
+                )
+
+    def velocities(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
+        """Every velocity, times the root of its inertia: (points * 3 and spins and rotors,)."""
+        out = []
+        for part, origin, basis, d in self.pieces(self.motion(z, zd)):
+            inside = part.points + part.field @ d.value
+            v = origin.rate + inside @ basis.rate.T + (part.field @ d.rate) @ basis.value.T
+            out.append((np.sqrt(part.mass)[:, None] * v).ravel())
+            omega_x = (basis.value.T @ basis.rate)[2, 1]
+            out += [[np.sqrt(j) * (omega_x + twist @ d.rate)] for j, twist in part.spin]
+        if self.scene.effects.rotor_inertia:
+            out.append(np.sqrt(self.rotor) * self.joint_rate(zd))
+        return np.concatenate(out)
+
+    @property
+    def rotor(self) -> np.ndarray:
+        return np.array([j.rotor_inertia * j.gear_ratio**2 for j in self.scene.joints])
+
+    def joint_rate(self, zd: np.ndarray) -> np.ndarray:
+        """(m,) rates that the motors see."""
+        rate = np.array(zd[: self.joints])
+        k = 0
+        for link, _, _, _, own, *_ in self.links:
+            if link.joint.type != "fixed":
+                rate[k] += zd[own] if own is not None else 0.0
+                k += 1
+        return rate
+
+    def strain(self, z: np.ndarray, zd: np.ndarray) -> Moving:
+        """Every strain with its rate, times the root of its stiffness."""
+        values, rates = [], []
+        for part, _, _, d in self.pieces(self.motion(z, zd)):
+            for k, row in part.strains:
+                values.append(np.sqrt(k) * (row @ d.value))
+                rates.append(np.sqrt(k) * (row @ d.rate))
+            if part.axial is not None:
+                k, row, slopes = part.axial
+                value, rate = row @ d.value, row @ d.rate
+                for w, slope in slopes:
+                    value = value + 0.5 * w * (slope @ d.value) ** 2
+                    rate = rate + w * (slope @ d.value) * (slope @ d.rate)
+                values.append(np.sqrt(k) * value)
+                rates.append(np.sqrt(k) * rate)
+        return Moving(np.array(values), np.array(rates))
+
+    def kinetic(self, z: np.ndarray, zd: np.ndarray) -> complex:
+        v = self.velocities(z, zd)
+        return 0.5 * v @ v
+
+    def potential(self, z: np.ndarray) -> complex:
+        """Strain energy and gravity."""
+        still = np.zeros(self.unknowns)
+        strain = self.strain(z, still).value
+        total = 0.5 * strain @ strain
+        for part, origin, basis, d in self.pieces(self.motion(z, still)):
+            p = origin.value + (part.points + part.field @ d.value) @ basis.value.T
+            total = total - part.mass @ (p @ self.gravity)
+        return total
+
+    def damping_force(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
+        """alpha M and beta K on the elastic rates, by virtual work on every coordinate."""
+        alpha, beta = self.damping
+        force = np.zeros(self.unknowns)
+        relative, points = [], []
+        for part, _, basis, d in self.pieces(self.motion(z, zd)):
+            v = (part.field @ d.rate) @ basis.value.T
+            relative.append((np.sqrt(part.mass)[:, None] * v).ravel())
+            relative += [[np.sqrt(j) * (twist @ d.rate)] for j, twist in part.spin]
+        if self.scene.effects.rotor_inertia:
+            relative.append(np.zeros(self.joints))
+        points = np.concatenate(relative).real
+        strain_rate = self.strain(z, zd).rate.real
+        for k, unit in enumerate(np.eye(self.unknowns)):
+            force[k] -= alpha * (self.velocities(z, unit).real @ points)
+            force[k] -= beta * (self.strain(z, unit).rate.real @ strain_rate)
+        return force
+
+    def joint_force(self, zd: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """Motor torque and friction on every coordinate."""
+        rate = self.joint_rate(zd)
+        effort = np.array(torque, dtype=float)
+        if self.scene.effects.joint_friction:
+            for k, j in enumerate(self.scene.joints):
+                effort[k] -= j.viscous_friction * rate[k]
+                effort[k] -= j.coulomb_friction * np.tanh(rate[k] / j.coulomb_speed)
+        return np.array([effort @ self.joint_rate(unit) for unit in np.eye(self.unknowns)])
+
+    def acceleration(self, z: np.ndarray, zd: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """(n,) from d/dt dT/dz' - dT/dz + dV/dz = Q."""
+        units = np.eye(self.unknowns)
+        columns = np.array([self.velocities(z, e).real for e in units])
+        mass = columns @ columns.T
+        ahead = z + 1j * STEP * zd
+        along = self.velocities(ahead, zd)
+        bias = np.array([(self.velocities(ahead, e) @ along).imag / STEP for e in units])
+        for k, e in enumerate(units):
+            bias[k] -= self.kinetic(z + 1j * STEP * e, zd).imag / STEP
+            bias[k] += self.potential(z + 1j * STEP * e).imag / STEP
+        force = self.damping_force(z, zd) + self.joint_force(zd, torque)
+        return np.linalg.solve(mass, force - bias)
