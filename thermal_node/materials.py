@@ -188,7 +188,7 @@ def _steel_knots() -> Array:
     return np.unique(
         np.concatenate(
             [
-                np.linspace(20.0, 600.0, 59),
+                np.linspace(20.0, 900.0, 89),
                 735.0 - approach,
                 735.0 + approach,
                 [600.0, 735.0, 800.0, 900.0, 1200.0],
