@@ -1,0 +1,93 @@
+"""Torque commands: taken whole or refused whole, and counted either way."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+LENGTH, NOT_FINITE, UNKNOWN_JOINT, REPEATED_JOINT = REASONS = (
+    "wrong length",
+    "not finite",
+    "unknown joint",
+    "joint named twice",
+)
+
+
+class CommandRefused(ValueError):
+    """A command that can't be: what is wrong, and what would be right."""
+
+    def __init__(self, reason: str, sentence: str) -> None:
+        super().__init__(sentence)
+        self.reason = reason
+
+
+class Commands:
+    """Checks commands for a robot with these joints, and remembers the last good one.
+
+    Attributes
+    ----------
+    torque : (m,) the last good command, N m; N for joints that slide
+    accepted : int
+    refused : count by reason
+    """
+
+    def __init__(self, joint_names: Sequence[str]) -> None:
+        self.joint_names = tuple(joint_names)
+        self.index = {name: k for k, name in enumerate(self.joint_names)}
+        self.torque = np.zeros(len(self.joint_names))
+        self.accepted = 0
+        self.refused = Counter(dict.fromkeys(REASONS, 0))
+
+    def in_order(self, values: Sequence[float]) -> np.ndarray:
+        """Take torques in the scene's joint order.
+
+        Raises
+        ------
+        CommandRefused
+            for another number of values than joints, or one that is not finite
+        """
+        torque = np.array(values, dtype=float)
+        if torque.shape != self.torque.shape:
+            raise self._refusal(
+                LENGTH,
+                f"{torque.size} values for {len(self.joint_names)} joints; give one for each of "
+                + ", ".join(self.joint_names),
+            )
+        return self._taken(torque)
+
+    def by_name(self, names: Sequence[str], effort: Sequence[float]) -> np.ndarray:
+        """Take torques of the named joints; the others keep theirs.
+
+        Raises
+        ------
+        CommandRefused
+            for names and efforts of different number, or none at all; a joint that is unknown or named twice;
+            a value that is not finite
+        """
+        if len(names) != len(effort) or not names:
+            raise self._refusal(
+                LENGTH, f"{len(effort)} efforts for {len(names)} names; give one effort a name"
+            )
+        unknown = [name for name in names if name not in self.index]
+        if unknown:
+            raise self._refusal(
+                UNKNOWN_JOINT, f"no joint {unknown[0]!r}; there are {', '.join(self.joint_names)}"
+            )
+        if len(set(names)) != len(names):
+            raise self._refusal(REPEATED_JOINT, "a joint is named twice; name each once")
+        torque = self.torque.copy()
+        torque[[self.index[name] for name in names]] = effort
+        return self._taken(torque)
+
+    def _taken(self, torque: np.ndarray) -> np.ndarray:
+        if not np.isfinite(torque).all():
+            raise self._refusal(NOT_FINITE, "a value is not finite; give finite torques")
+        self.torque = torque
+        self.accepted += 1
+        return torque
+
+    def _refusal(self, reason: str, sentence: str) -> CommandRefused:
+        self.refused[reason] += 1
+        return CommandRefused(reason, sentence)
