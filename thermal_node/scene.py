@@ -16,7 +16,7 @@ from ruamel.yaml.error import MarkedYAMLError
 
 from .schema import Misplaced, Scene, keys_beside
 
-__all__ = ["Scene", "SceneError", "load_scene"]
+__all__ = ["Scene", "SceneError", "changed", "load_scene"]
 
 
 class SceneError(ValueError):
@@ -61,6 +61,11 @@ def load_scene(
         # A misspelt key also leaves its right name missing; the misspelling is the news.
         errors.sort(key=lambda error: error["type"] != "extra_forbidden")
         raise SceneError(_explain(errors[0], document, source)) from None
+
+
+def changed(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
+    """The scene with dotted keys replaced, checked again."""
+    return load_scene(scene.model_dump(), overrides)
 
 
 def _read(path: Path) -> Mapping[str, Any]:

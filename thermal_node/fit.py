@@ -1,0 +1,288 @@
+"""Materials from a fire test: what conductivity, density and rim does a door that was burnt have?
+
+Least squares (Levenberg and Marquardt, logarithms of what must stay positive) between a test's
+thermocouples and the model. Standard errors are those of the linearised problem, widened for
+readings that are not independent: neighbours in a log err alike, so a log of n readings with a
+lag-one correlation r tells as much as n (1 - r) / (1 + r) independent ones.
+
+The fitted scene then predicts a door that no furnace holds, as IMO MSC.1/Circ.1319 recommends
+for doors larger than the specimen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from .conduction import Array
+from .heat import Heat
+from .model import door_model
+from .probes import probes_of
+from .scene import Scene, SceneError, changed
+from .simulate import Run, simulate
+from .thermocouple_log import ThermocoupleLog
+
+KNOWN_BELOW = 300.0
+"""°C up to which the manufacturer's conductivity is taken as it is."""
+CONTINUED_AT = (600.0, 1000.0)
+"""°C of the points that are fitted where a scene's table ends at KNOWN_BELOW."""
+UNCERTAIN = 0.5
+"""Relative standard error from which on a parameter is called undetermined."""
+IGNORANCE = 3.0
+"""Standard deviation of a parameter's logarithm before anything is measured."""
+FITTING_MESH = {"in_plane": [12, 16], "symmetry": "quarter"}
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One parameter: what it was, what it came out as, and its standard error."""
+
+    name: str
+    unit: str
+    before: float
+    value: float
+    standard_error: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval; of a positive quantity, so symmetric in its logarithm."""
+        spread = np.exp(1.96 * self.standard_error / self.value)
+        return self.value / spread, self.value * spread
+
+    @property
+    def determined(self) -> bool:
+        """Whether the log says anything about it."""
+        return bool(self.standard_error < UNCERTAIN * self.value)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted scene.
+
+    parameters; correlation (p, p) of their estimates; scene : the given one with them in it
+    rms, rms_before : K, of the residual with the fitted and the given parameters
+    used : the thermocouples; evaluations : runs of the model; notes : what to know
+    """
+
+    scene: Scene
+    parameters: tuple[FittedParameter, ...]
+    correlation: Array
+    rms: float
+    rms_before: float
+    used: tuple[str, ...]
+    evaluations: int
+    notes: tuple[str, ...]
+
+    def predict(
+        self, overrides: dict[str, Any], duration: float = 3600.0, sample_period: float = 60.0
+    ) -> Run:
+        """Burn another door of the same make, e.g. {"leaf.width": 2.0, "leaf.height": 3.0}.
+
+        Its mesh keeps the size of the bricks rather than their number.
+        """
+        larger = changed(self.scene, overrides)
+        if "mesh.in_plane" not in overrides:
+            was, leaf = self.scene.leaf, larger.leaf
+            nx, ny = self.scene.mesh.in_plane
+            counts = [
+                max(4, round(nx * leaf.width / was.width)),
+                max(4, round(ny * leaf.height / was.height)),
+            ]
+            larger = changed(larger, {"mesh.in_plane": counts})
+        return simulate(larger, duration, sample_period)
+
+
+def fit(
+    scene: Scene,
+    log: ThermocoupleLog,
+    material: str | None = None,
+    rim: bool = True,
+    density: bool = True,
+    mesh: dict[str, Any] | None = None,
+    progress: Callable[[int, float], None] | None = None,
+) -> Fit:
+    """Estimate the insulation's conductivity above 300 °C, its density and the rim's contact.
+
+    scene : a door with probes that the log's columns are named after
+    material : what is fitted; left out, the thickest layer's
+    rim, density : whether those are fitted as well
+    mesh : the mesh to begin on, coarser than the scene's; the last steps are on the scene's own,
+        so that the mesh is not fitted along
+    progress : told the number of runs and the residual, K, after each
+
+    Raises
+    ------
+    SceneError
+        Where no column is a probe, or there is nothing to fit.
+    """
+    name = material or max(scene.leaf.layers, key=lambda layer: layer.thickness).material
+    part = scene.materials.get(name)
+    if part is None or part.conductivity is None or part.density is None:
+        raise SceneError(f"{scene.source}: materials.{name}: is not in the scene; give its table")
+    temperature, value, free = _conductivity(scene, name)
+    labels = [(f"{name} conductivity at {temperature[i]:g} °C", "W/(m K)") for i in free]
+    start = [value[i] for i in free]
+    if density:
+        labels.append((f"{name} density", "kg/m3"))
+        start.append(part.density)
+    with_rim = rim and scene.leaf.rim is not None and scene.solver.dimension != "column"
+    if with_rim:
+        assert scene.leaf.rim is not None
+        labels.append(("rim contact", "-"))
+        start.append(min(max(scene.leaf.rim.contact, 1e-2), 1.0))
+
+    base = scene
+    if log.furnace is not None:
+        good = np.isfinite(log.furnace)
+        base = changed(
+            base,
+            {
+                "furnace": {
+                    "curve": "measured",
+                    "time": log.time[good],
+                    "temperature": log.furnace[good],
+                    "longest_gap": scene.furnace.longest_gap,
+                }
+            },
+        )
+
+    def overrides(values: Array) -> dict[str, Any]:
+        conductivity = list(value)
+        for i, v in zip(free, values, strict=False):
+            conductivity[i] = float(v)
+        made: dict[str, Any] = {
+            f"materials.{name}.conductivity": {
+                "temperature": temperature,
+                "value": conductivity,
+                "beyond": "hold",
+            }
+        }
+        if density:
+            made[f"materials.{name}.density"] = float(values[len(free)])
+        if with_rim:
+            made["leaf.rim.contact"] = float(min(values[-1], 1.0))
+        return made
+
+    coarse = changed(base, {f"mesh.{k}": v for k, v in (mesh or FITTING_MESH).items()})
+    residual = _Residual(base, log, overrides, progress)
+    quick = _Residual(coarse, log, overrides, progress)
+    upper = np.array([1.0 if label == "rim contact" else np.inf for label, _ in labels])
+    p0 = np.log(np.array(start))
+    before = residual(p0)
+    settings: dict[str, Any] = {
+        "bounds": (-np.inf, np.log(upper) + 1e-9),
+        "diff_step": 1e-3,
+        "xtol": 1e-4,
+        "ftol": 1e-5,
+    }
+    solved = least_squares(quick, np.minimum(p0, np.log(upper) - 1e-3), **settings)
+    solved = least_squares(residual, solved.x, **settings)
+    values = np.exp(solved.x)
+    covariance = _covariance(solved.jac, solved.fun, residual.rows)
+    error = values * np.sqrt(np.diag(covariance))
+    scale = np.sqrt(np.diag(covariance))
+    parameters = tuple(
+        FittedParameter(label, unit, float(s), float(v), float(e))
+        for (label, unit), s, v, e in zip(labels, start, values, error, strict=True)
+    )
+    notes = [
+        f"{p.name} is not determined by this log ({p.standard_error / p.value:.0%} standard"
+        " error): the wool was hardly that hot, or another parameter does the same"
+        for p in parameters
+        if not p.determined
+    ]
+    if with_rim and values[-1] > 0.999:
+        notes.append("rim contact is at its end, 1: a full channel")
+    return Fit(
+        scene=changed(scene, overrides(values)),
+        parameters=parameters,
+        correlation=covariance / np.outer(scale, scale),
+        rms=float(np.sqrt(np.mean(solved.fun**2))),
+        rms_before=float(np.sqrt(np.mean(before**2))),
+        used=residual.used,
+        evaluations=quick.runs + residual.runs,
+        notes=tuple(notes),
+    )
+
+
+def _conductivity(scene: Scene, name: str) -> tuple[list[float], list[float], list[int]]:
+    """The table, continued where it ends early, and which of its values are free."""
+    given = scene.materials[name].conductivity
+    assert given is not None
+    if given.temperature is None or given.value is None:
+        if given.constant is None:
+            raise SceneError(f"{scene.source}: materials.{name}: is Eurocode's; nothing to fit")
+        return [KNOWN_BELOW, *CONTINUED_AT], [given.constant] * 3, [0, 1, 2]
+    temperature, value = list(given.temperature), list(given.value)
+    if temperature[-1] <= KNOWN_BELOW:
+        slope = (value[-1] - value[-2]) / (temperature[-1] - temperature[-2])
+        for t in CONTINUED_AT:
+            value.append(max(value[-1] + slope * (t - temperature[-1]), 0.2 * value[-1]))
+            temperature.append(t)
+    return temperature, value, [i for i, t in enumerate(temperature) if t > KNOWN_BELOW]
+
+
+class _Residual:
+    """Model less log, K, over all thermocouples and times; infinite never."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        log: ThermocoupleLog,
+        overrides: Callable[[Array], dict[str, Any]],
+        progress: Callable[[int, float], None] | None,
+    ) -> None:
+        self._scene, self._log, self._overrides = scene, log, overrides
+        self._progress = progress
+        self.runs = 0
+        names = probes_of(door_model(scene)).name
+        self.used = tuple(name for name in log.readings if name in names)
+        if not self.used:
+            raise SceneError(
+                f"log: has columns {', '.join(log.readings)}, none of them a probe; give columns"
+                f" named as the scene's probes, {', '.join(names[:6])}, ..."
+            )
+        self._columns = np.array([names.index(name) for name in self.used])
+        self._measured = np.array([log.readings[name] for name in self.used])
+        self._good = np.isfinite(self._measured) & (log.time >= 0.0)
+        self.rows = [int(row.sum()) for row in self._good]
+
+    def __call__(self, logarithms: Array) -> Array:
+        scene = changed(self._scene, self._overrides(np.exp(logarithms)))
+        model = door_model(scene)
+        probes = probes_of(model)
+        heat = Heat(model)
+        found = np.full(self._measured.shape, model.initial)
+        for k, time in enumerate(self._log.time):
+            if time > 0.0:
+                heat.advance(float(time))
+            found[:, k] = probes.read(heat.temperature)[self._columns]
+        self.runs += 1
+        difference = found - self._measured
+        out = np.concatenate([d[g] for d, g in zip(difference, self._good, strict=True)])
+        if self._progress is not None:
+            self._progress(self.runs, float(np.sqrt(np.mean(out**2))))
+        return out
+
+
+def _covariance(jacobian: Array, residual: Array, rows: list[int]) -> Array:
+    """Covariance (p, p) of the parameters' logarithms, widened for correlated readings.
+
+    What the log says nothing of keeps the spread of IGNORANCE instead of an infinite one.
+    """
+    freedom = max(len(residual) - jacobian.shape[1], 1)
+    variance = float(residual @ residual) / freedom
+    products, squares, start = 0.0, 1e-30, 0
+    for count in rows:
+        r = residual[start : start + count]
+        products += float(r[1:] @ r[:-1])
+        squares += float(r @ r)
+        start += count
+    correlation = min(max(products / squares, 0.0), 0.99)
+    widened = max(variance * (1.0 + correlation) / (1.0 - correlation), 1e-12)
+    information = jacobian.T @ jacobian / widened
+    return np.asarray(np.linalg.inv(information + np.eye(len(information)) / IGNORANCE**2))
