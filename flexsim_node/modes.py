@@ -47,10 +47,23 @@ def natural_frequencies(
     x = np.zeros(model.unknowns)
     x[:m] = check_position(scene, position, m)
     mass, stiffness = mass_and_stiffness(model, x)
+    if len(mass) == m:
+        return np.zeros(0 if locked else m)
+    held = _squared(mass[m:, m:], stiffness[m:, m:], 0.0)
     if locked:
-        mass, stiffness = mass[m:, m:], stiffness[m:, m:]
-    if len(mass) == 0:
-        return np.zeros(0)
-    squared = eigh(stiffness, mass, eigvals_only=True)
-    squared[np.abs(squared) < 1e-9 * squared[-1]] = 0.0
-    return np.sqrt(np.maximum(squared, 0.0)) / (2.0 * np.pi)
+        squared = held
+    else:
+        squared = _squared(mass, stiffness, held[0])
+        squared[:m] = 0.0  # the joints turn freely, whatever rounding makes of it
+    return np.sqrt(squared) / (2.0 * np.pi)
+
+
+def _squared(mass: np.ndarray, stiffness: np.ndarray, shift: float) -> np.ndarray:
+    """(n,) rising eigenvalues of K - s M; K + shift M is positive definite.
+
+    K spans so many decades with many elements that rounding in it drowns the lowest modes: those come from
+    its inverse, the others directly.
+    """
+    low = 1.0 / eigh(mass, stiffness + shift * mass, eigvals_only=True)[::-1] - shift
+    high = eigh(stiffness, mass, eigvals_only=True)
+    return np.where(high < np.sqrt(abs(low[0] + shift) * high[-1]), low, high)
