@@ -173,14 +173,15 @@ def refuse_change(parameters: list[Parameter]) -> SetParametersResult:
 def main() -> int:
     """Run the node until SIGINT or SIGTERM.  Returns 0; 1 for a bad scene, 2 for a bad parameter."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    asked: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, _: asked.append(number))
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    # Until the robot moves, compiling for half a minute perhaps, a signal ends it on the spot.
+    handle_signals(signal.default_int_handler)
     node = None
     try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         node = FlexsimNode()
-        return run(node, asked)
+        return run(node)
+    except KeyboardInterrupt:
+        return 0
     except (SceneError, SettingError) as problem:
         print(f"{NAME}: {problem}", file=sys.stderr)
         return 1 if isinstance(problem, SceneError) else 2
@@ -190,8 +191,16 @@ def main() -> int:
         rclpy.try_shutdown()
 
 
-def run(node: FlexsimNode, asked: list[int]) -> int:
-    """Step and spin until a signal has been noted in `asked`."""
+def handle_signals(handler: Callable[[int, Any], Any]) -> None:
+    """Give SIGINT and SIGTERM to `handler`."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
+
+
+def run(node: FlexsimNode) -> int:
+    """Step and spin until a signal comes.  Returns the exit code."""
+    asked: list[int] = []
+    handle_signals(lambda number, _: asked.append(number))
     executor = EventsExecutor()
     executor.add_node(node)
     sys.setswitchinterval(SWITCH_INTERVAL)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import array
 import difflib
 import math
 from collections.abc import Mapping
@@ -59,7 +60,8 @@ def settings(given: Mapping[str, Any]) -> Settings:
     values: dict[str, Any] = {"override": {}}
     for name, value in given.items():
         if name.startswith(OVERRIDE):
-            values["override"][name.removeprefix(OVERRIDE)] = value
+            plain = list(value) if isinstance(value, array.array) else value
+            values["override"][name.removeprefix(OVERRIDE)] = plain
             continue
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)

@@ -1,0 +1,124 @@
+"""flexsim_controller: holds a robot's joints on a move, over DDS.
+
+Parameters: scene, rate, duration, start, goal, there, back, time, stiffness, damping; config/demo.params.yaml
+has an example.  It reads `joint_states`, whose stamps are its clock, and writes `flexsim_node/commands`.
+"""
+
+from __future__ import annotations
+
+import array
+import gc
+import os
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from ..terminal.stop import Stop, stopped_by_signals
+from .joint_pd import JointPd, Move
+
+NAME = "flexsim_controller"
+NUMBERS = ("rate", "duration", "there", "back", "time")
+LISTS = ("start", "goal", "stiffness", "damping")
+# A robot may be compiling its kernels before it speaks, but does not fall silent later.
+FIRST_STATE, NEXT_STATE = 120.0, 2.0
+
+
+def read_parameters(node: Any) -> dict[str, Any]:
+    """Return the node's parameters; raises ValueError for one that is missing or can't be."""
+    given = {name: p.value for name, p in node.get_parameters_by_prefix("").items()}
+    missing = [name for name in ("scene", *NUMBERS, *LISTS) if name not in given]
+    if missing:
+        raise ValueError(f"parameter {missing[0]} is missing; config/demo.params.yaml has all")
+    try:
+        found = {name: float(given[name]) for name in NUMBERS}
+        found |= {name: tuple(float(x) for x in given[name]) for name in LISTS}
+    except (TypeError, ValueError) as problem:
+        raise ValueError(f"a parameter is not a number: {problem}") from None
+    if found["rate"] <= 0.0 or found["time"] <= 0.0:
+        raise ValueError("rate and time are to be more than zero")
+    return {**found, "scene": str(given["scene"])}
+
+
+def control(node: Any, stopped: Stop) -> None:
+    """Control until the duration is over or a signal comes."""
+    from rclpy.qos import QoSProfile
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Float64MultiArray
+
+    from flexsim_node import load_scene
+    from flexsim_node.realtime import SECOND, Pace, sleep_finely
+
+    given = read_parameters(node)
+    scene = load_scene(given["scene"])
+    move = Move(given["start"], given["goal"], given["there"], given["back"], given["time"])
+    law = JointPd(scene, move, np.array(given["stiffness"]), np.array(given["damping"]))
+    states = node.create_subscription(
+        JointState, "joint_states", lambda _: None, QoSProfile(depth=1)
+    )
+    commands = node.create_publisher(
+        Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=1)
+    )
+    node.get_logger().info("ready; waiting for joint states")
+
+    order: list[int] | None = None
+    last: JointState | None = None
+    begun = 0.0
+    heard = time.monotonic() + FIRST_STATE - NEXT_STATE
+    gc.collect()
+    gc.freeze()
+    sleep_finely()
+    pace = Pace(round(SECOND / given["rate"]))
+    while not stopped.asked:
+        pace.wait()
+        with states.handle:
+            taken = states.handle.take_message(JointState, False)
+        if taken is not None:
+            last, heard = taken[0], time.monotonic()
+        elif time.monotonic() - heard > NEXT_STATE:
+            raise RuntimeError(f"no joint states for {NEXT_STATE:g} s; is flexsim_node running?")
+        if last is None:
+            continue
+        t = last.header.stamp.sec + 1e-9 * last.header.stamp.nanosec
+        if order is None:
+            order = joint_order(last.name, scene.joint_names)
+            begun = t
+        if t - begun >= given["duration"]:
+            return
+        torque = law.torque(
+            t - begun, np.frombuffer(last.position)[order], np.frombuffer(last.velocity)[order]
+        )
+        commands.publish(Float64MultiArray(data=array.array("d", torque.tobytes())))
+
+
+def joint_order(published: list[str], wanted: tuple[str, ...]) -> list[int]:
+    """Return where each of the scene's joints stands in a JointState."""
+    missing = [name for name in wanted if name not in published]
+    if missing:
+        raise RuntimeError(f"joint_states has no {missing[0]}; is another scene running?")
+    return [published.index(name) for name in wanted]
+
+
+def main() -> int:
+    """Run the controller.  Returns 0 when its time is over or a signal came, 1 where it failed."""
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+
+    with stopped_by_signals() as stopped:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        node = rclpy.create_node(NAME, automatically_declare_parameters_from_overrides=True)
+        try:
+            control(node, stopped)
+        except (ValueError, RuntimeError) as problem:
+            print(f"{NAME}: {problem}", file=sys.stderr)
+            return 1
+        finally:
+            node.destroy_node()
+            rclpy.shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
