@@ -110,8 +110,8 @@ def _figures(run: Run) -> dict[str, Any]:
             image,
             cmap="inferno",
             extent=(
-                -scene.leaf.width / 2,
                 scene.leaf.width / 2,
+                -scene.leaf.width / 2,
                 -scene.leaf.height / 2,
                 scene.leaf.height / 2,
             ),
