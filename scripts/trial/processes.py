@@ -1,0 +1,155 @@
+"""The processes of a trial: started together, and ended whatever happens."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..terminal.stop import Stop
+
+# Above 101 a domain's ports reach into those that Linux hands out to anybody.
+DOMAINS = range(1, 102)
+POLL_PERIOD = 0.05
+END_TIMEOUT = 10.0
+COMMAND = [sys.executable, "-c", "from flexsim.cli import main; main()"]
+NODE = [sys.executable, "-m", "flexsim_node.node"]
+CONTROLLER = [sys.executable, "-m", "flexsim.controller"]
+
+
+def own_domain() -> dict[str, str]:
+    """Return an environment in which a trial neither hears nor disturbs other robots of this host."""
+    domain = random.SystemRandom().choice(DOMAINS)
+    return {
+        **os.environ,
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    }
+
+
+class Process:
+    """A program in the background; what it says goes into files.
+
+    Parameters
+    ----------
+    name : str
+        For sentences about it and for its files, `<name>.out` and `<name>.log`.
+    words : list of str
+    folder : Path
+    environment : mapping
+    """
+
+    def __init__(
+        self, name: str, words: list[str], folder: Path, environment: Mapping[str, str]
+    ) -> None:
+        self.name = name
+        self.output = folder / f"{name}.out"
+        self.log = folder / f"{name}.log"
+        with self.output.open("w") as out, self.log.open("w") as log:
+            self._process = subprocess.Popen(
+                words,
+                env=dict(environment),
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=log,
+                start_new_session=True,  # Ctrl-C is ours; they end when we say so
+            )
+
+    @property
+    def pid(self) -> int:
+        """Its number."""
+        return self._process.pid
+
+    @property
+    def code(self) -> int | None:
+        """Its exit code; None while it runs."""
+        return self._process.poll()
+
+    def said(self, *words: str) -> bool:
+        """Say whether all of these words are in its log."""
+        log = self.log.read_text(errors="replace")
+        return all(word in log for word in words)
+
+    def end(self) -> int:
+        """Ask it to finish, insist if it does not, and return its exit code."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            if self._process.poll() is not None:
+                break
+            self._process.send_signal(number)
+            try:
+                self._process.wait(END_TIMEOUT)
+            except subprocess.TimeoutExpired:
+                continue
+        return self._process.wait()
+
+    def failure(self) -> RuntimeError:
+        """Return what to raise where it ended before its time: its own last line."""
+        lines = self.log.read_text(errors="replace").strip().splitlines()
+        why = lines[-1] if lines else "it said nothing"
+        return RuntimeError(f"{self.name} ended with exit code {self.code}: {why}")
+
+
+class Processes:
+    """Those of one trial."""
+
+    def __init__(self, folder: Path, environment: Mapping[str, str], stopped: Stop) -> None:
+        self.folder = folder
+        self.environment = environment
+        self.stopped = stopped
+        self.running: list[Process] = []
+
+    def start(self, name: str, words: list[str]) -> Process:
+        """Start one more."""
+        process = Process(name, words, self.folder, self.environment)
+        self.running.append(process)
+        return process
+
+    def wait_until_said(self, process: Process, *words: str, timeout: float) -> None:
+        """Wait for words in a process's log.
+
+        Raises
+        ------
+        RuntimeError
+            where a process ends first, or the time is over
+        KeyboardInterrupt
+            where we are asked to stop
+        """
+        end = time.monotonic() + timeout
+        while not process.said(*words):
+            self.check()
+            if time.monotonic() > end:
+                raise RuntimeError(f"{process.name} did not say {words[-1]!r} within {timeout:g} s")
+            time.sleep(POLL_PERIOD)
+
+    def check(self, *, but: Process | None = None) -> None:
+        """Raise where one has ended, other than `but`, or where we are asked to stop."""
+        if self.stopped.asked:
+            raise KeyboardInterrupt
+        for process in self.running:
+            if process is not but and process.code is not None:
+                raise process.failure()
+
+    def end(self, process: Process) -> None:
+        """End one in good order; raises RuntimeError where it fails to."""
+        self.running.remove(process)
+        if process.end() != 0:
+            raise process.failure()
+
+
+@contextmanager
+def processes(
+    folder: Path, environment: Mapping[str, str], stopped: Stop
+) -> Iterator[Processes]:
+    """Give a trial its processes, all of which have ended afterwards."""
+    trial = Processes(folder, environment, stopped)
+    try:
+        yield trial
+    finally:
+        for process in reversed(trial.running):
+            process.end()
