@@ -63,8 +63,8 @@ class Commands:
         Raises
         ------
         CommandRefused
-            for names and efforts of different number, or none at all; a joint that is unknown or named twice;
-            a value that is not finite
+            for names and efforts of different number, or none at all; a joint that is unknown
+            or named twice; a value that is not finite
         """
         if len(names) != len(effort) or not names:
             raise self._refusal(

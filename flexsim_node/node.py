@@ -32,21 +32,21 @@ from .integrators import METHODS
 from .realtime import Loop, Output
 from .robot_description import robot_description
 from .scene import Scene, SceneError, load_scene
-from .settings import OVERRIDE, SettingError, Settings, meanings, schedule, settings
+from .settings import SettingError, Settings, meanings, schedule, settings
 from .simulation import Simulation
 
 NAME = "flexsim_node"
 # rclpy's own, which every node takes.
 OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-# The executor must look up now and then: Jazzy's EventsExecutor does nothing when it waits without end.
+# Jazzy's EventsExecutor does nothing when it waits without end.
 SPIN_PERIOD = 0.1
-# A thread that wants Python's lock gets it within this: the stepping thread has deadlines.
+# s within which a thread that wants Python's lock gets it: the stepping thread has deadlines.
 SWITCH_INTERVAL = 2e-4
 
 
 class FlexsimNode(Node):
-    """Connects a stepping loop to its topics.  Raises SettingError or SceneError for what can't be."""
+    """Connects a stepping loop to its topics; raises SettingError or SceneError."""
 
     def __init__(self) -> None:
         super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
@@ -90,15 +90,13 @@ class FlexsimNode(Node):
         self._said_stopped = False
         self.get_logger().info(
             f"{self.scene.name}: {robot.model.joints} joints, {robot.model.unknowns} unknowns, "
-            f"step {timing.step:g} s, {self.settings.mode}; kernels ready in {time.monotonic() - begun:.1f} s"
+            f"step {timing.step:g} s, {self.settings.mode}; "
+            f"kernels ready in {time.monotonic() - begun:.1f} s"
         )
 
     def _read_parameters(self) -> Settings:
-        given = {
-            name: parameter.value
-            for name, parameter in self.get_parameters_by_prefix("").items()
-            if not name.startswith(OF_ROS)
-        }
+        declared: dict[str, Any] = self.get_parameters_by_prefix("")
+        given = {name: p.value for name, p in declared.items() if not name.startswith(OF_ROS)}
         found = settings(given)
         for name, (_, meaning) in meanings().items():
             about = ParameterDescriptor(description=meaning)
@@ -112,13 +110,13 @@ class FlexsimNode(Node):
         scene = load_scene(self.settings.scene, overrides=self.settings.override)
         if scene.solver.method not in METHODS:
             raise SceneError(
-                f"{self.settings.scene}: solver.method: is {scene.solver.method!r}, whose steps have no fixed "
-                f"cost; give {', '.join(METHODS)}"
+                f"{self.settings.scene}: solver.method: is {scene.solver.method!r}, "
+                f"whose steps have no fixed cost; give {', '.join(METHODS)}"
             )
         return scene
 
     def _listen(self) -> None:
-        # Best effort hears every publisher, and a late command is of no use; lockstep must lose none.
+        # Best effort hears every publisher, and a late command is of no use; lockstep loses none.
         locked = self.settings.mode == "lockstep"
         reliability = ReliabilityPolicy.RELIABLE if locked else ReliabilityPolicy.BEST_EFFORT
         listening = QoSProfile(depth=1000 if locked else 10, reliability=reliability)
@@ -137,7 +135,7 @@ class FlexsimNode(Node):
             self.loop.put(check(*words))
         except CommandRefused as refused:
             self.get_logger().warning(
-                f"a command on {topic} was refused ({self.commands.refused.total()} in all): {refused}",
+                f"refused a command on {topic} ({self.commands.refused.total()} in all): {refused}",
                 throttle_duration_sec=1.0,
             )
 
@@ -171,7 +169,7 @@ def refuse_change(parameters: list[Parameter]) -> SetParametersResult:
 
 
 def main() -> int:
-    """Run the node until SIGINT or SIGTERM.  Returns 0; 1 for a bad scene, 2 for a bad parameter."""
+    """Run the node until SIGINT or SIGTERM.  Returns 0; 1: a bad scene, 2: a bad parameter."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     # Until the robot moves, compiling for half a minute perhaps, a signal ends it on the spot.
     handle_signals(signal.default_int_handler)
@@ -204,7 +202,8 @@ def run(node: FlexsimNode) -> int:
     executor = EventsExecutor()
     executor.add_node(node)
     sys.setswitchinterval(SWITCH_INTERVAL)
-    # All that lives now lives to the end: the collector need not visit it, which takes tens of milliseconds.
+    # All that lives now lives to the end: the collector need not visit it, which would take tens of
+    # milliseconds.
     gc.collect()
     gc.freeze()
     node.loop.start()

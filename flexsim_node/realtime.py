@@ -1,7 +1,7 @@
-"""The stepping thread: advances a robot at the pace of the steady clock, of its commands, or at full speed.
+"""The stepping thread: a robot at the pace of the steady clock, of its commands, or at full speed.
 
-Nothing here knows of ROS.  Commands come in from another thread by `Loop.put`; states go out by calling
-`Output.publish` from the stepping thread, right after the step that made them.
+Nothing here knows of ROS.  Commands come in from another thread by `Loop.put`; states go out by
+calling `Output.publish` from the stepping thread, right after the step that made them.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import ctypes
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
@@ -20,11 +21,11 @@ from .simulation import Simulation
 
 SECOND = 1_000_000_000
 MODES = ("realtime", "lockstep", "fast")
-# A missed deadline is made up for by ticks without a pause; beyond this the lost time stays lost, since a
-# robot that races to catch up would be a surprise to its controller.
+# A missed deadline is made up for by ticks without a pause; beyond this the lost time stays lost,
+# since a robot that races to catch up would be a surprise to its controller.
 PATIENCE = SECOND // 10
-# The end of a wait is watched rather than slept: a thread wakes up some tens of microseconds late.  Short,
-# because watching holds Python's global lock.
+# The end of a wait is watched rather than slept: a thread wakes up some tens of microseconds late.
+# Short, because watching holds Python's global lock.
 WATCH = 30_000
 # How often a state is repeated while time stands still.
 REPEAT_PERIOD = 0.1
@@ -34,14 +35,12 @@ PR_SET_TIMERSLACK = 29
 
 def sleep_finely() -> None:
     """Ask Linux to end this thread's sleeps on time: by default it may add 50 µs to save power."""
-    try:
+    with suppress(OSError, AttributeError):  # not Linux: sleeps end a little later
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    except (OSError, AttributeError):
-        pass  # not Linux: sleeps end a little later
 
 
 class Histogram:
-    """Counts of durations, in bins of half a microsecond up to 5 ms; longer ones share the last bin."""
+    """Counts of durations in bins of half a microsecond; the last holds all above 5 ms."""
 
     BIN = 500
     BINS = 10_000
@@ -129,7 +128,7 @@ class Report:
     phase : "waiting" for the first command, "running", or "stopped"
     status : "ok", or why the solver stopped
     time : simulated
-    real_time_factor, recent_factor : simulated over elapsed time since the start, and in the last second
+    real_time_factor, recent_factor : simulated over elapsed time, and that of the last second
     step_p50, step_p99, step_worst : one step of the solver
     tick_p99, tick_worst : all work between two deadlines, publishing included
     late_p99, late_worst : from a deadline to the beginning of its work
@@ -166,8 +165,8 @@ class Loop:
     steps : int
         Steps of a tick: commands are taken up, and deadlines kept, once a tick.
     mode : str
-        realtime: a tick whenever its time has come.  fast: ticks without a pause.  lockstep: a tick for each
-        command.
+        realtime: a tick whenever its time has come.  fast: ticks without a pause.  lockstep: a tick
+        for each command.
     outputs : sequence of Output
         Called in this order.
     command_timeout : float, s

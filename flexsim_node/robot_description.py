@@ -1,7 +1,8 @@
-"""The rigid robot as URDF: links' geometry and inertia, for robot_state_publisher, RViz and planners.
+"""The rigid robot as URDF: geometry and inertia, for robot_state_publisher, RViz and planners.
 
-A URDF link's frame sits at its joint, where Denavit-Hartenberg's sits at the link's far end.  So frame l of
-the URDF is frame l-1 of the robot turned (or slid) by joint l, and a last link, `tip`, is the last frame itself.
+A URDF link's frame sits at its joint, where Denavit-Hartenberg's sits at the link's far end.  So
+frame l of the URDF is frame l-1 of the robot turned (or slid) by joint l, and a last link, `tip`,
+is the last frame itself.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ def robot_description(scene: Scene) -> str:
     for n, colour in enumerate(COLOURS):
         xml.SubElement(xml.SubElement(robot, "material", name=f"colour_{n}"), "color", rgba=colour)
     xml.SubElement(robot, "link", name=BASE)
-    parent, place, turn = BASE, np.zeros(3), np.eye(3)
+    parent = BASE
+    place: np.ndarray = np.zeros(3)
+    turn: np.ndarray = np.eye(3)
     names = iter(scene.joint_names)
     for n, link in enumerate(scene.links):
         angle = link.dh.theta
@@ -91,7 +94,14 @@ def _link(robot: xml.Element, link: Link, n: int) -> None:
         inertial = xml.SubElement(element, "inertial")
         _origin(inertial, centre, np.eye(3))
         xml.SubElement(inertial, "mass", value=_number(mass))
-        names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+        names = {
+            "ixx": (0, 0),
+            "ixy": (0, 1),
+            "ixz": (0, 2),
+            "iyy": (1, 1),
+            "iyz": (1, 2),
+            "izz": (2, 2),
+        }
         xml.SubElement(inertial, "inertia", {k: _number(inertia[ij]) for k, ij in names.items()})
     if link.beam is None or length == 0.0:
         return
@@ -106,7 +116,10 @@ def _link(robot: xml.Element, link: Link, n: int) -> None:
 
 
 def rigid_inertia(link: Link) -> tuple[float, np.ndarray, np.ndarray]:
-    """Mass, centre of mass (3,) and inertia about it (3, 3) of a link with all it carries, in its URDF frame."""
+    """Mass, centre of mass (3,) and inertia about it (3, 3) of a link with all it carries.
+
+    In the link's URDF frame.
+    """
     axes, length = beam_axes(link)
     to_link = rotation_x(link.dh.alpha)  # the scene's link frame, at the far end
     end = np.array([link.dh.a, 0.0, link.dh.d])
@@ -124,10 +137,10 @@ def rigid_inertia(link: Link) -> tuple[float, np.ndarray, np.ndarray]:
             own = np.array(body.inertia) if body.inertia else np.zeros((3, 3))
             place = end + to_link @ np.array(body.center_of_mass)
             parts.append((body.mass, place, to_link @ own @ to_link.T))
-    mass = sum(m for m, _, _ in parts)
-    if mass == 0.0:
+    if not parts:
         return 0.0, np.zeros(3), np.zeros((3, 3))
-    centre = sum(m * c for m, c, _ in parts) / mass
+    mass = sum(m for m, _, _ in parts)
+    centre = np.sum([m * c for m, c, _ in parts], axis=0) / mass
     inertia = np.zeros((3, 3))
     for m, c, own in parts:
         r = c - centre
@@ -150,9 +163,7 @@ def roll_pitch_yaw(turn: np.ndarray) -> np.ndarray:
     pitch = np.arctan2(-turn[2, 0], np.hypot(turn[0, 0], turn[1, 0]))
     if abs(turn[2, 0]) > 1.0 - 1e-12:  # looking straight along z: yaw is free, so none
         return np.array([np.arctan2(-turn[1, 2], turn[1, 1]), pitch, 0.0])
-    return np.array(
-        [np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])]
-    )
+    return np.array([np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])])
 
 
 def _number(value: float) -> str:

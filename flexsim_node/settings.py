@@ -32,12 +32,16 @@ class Settings:
 
     scene: str = _setting("", "path of the scene's YAML file")
     mode: str = _setting("realtime", "realtime, lockstep or fast")
-    rate: float = _setting(1000.0, "joint_states a second of simulated time, Hz; in lockstep the control rate")
+    rate: float = _setting(
+        1000.0, "joint_states a second of simulated time, Hz; in lockstep the control rate"
+    )
     elastic_rate: float = _setting(250.0, "elastic_state a second of simulated time, Hz")
     shape_rate: float = _setting(50.0, "deformed_shape a second of simulated time, Hz")
     clock_rate: float = _setting(100.0, "clock ticks a second of simulated time, Hz")
     publish_clock: bool = _setting(True, "whether to publish /clock")
-    command_timeout: float = _setting(0.0, "s without a command after which the torque becomes zero; 0.0: never")
+    command_timeout: float = _setting(
+        0.0, "s without a command after which the torque becomes zero; 0.0: never"
+    )
     wait_for_command: bool = _setting(False, "whether time stands still until the first command")
     override: Mapping[str, Any] = field(default_factory=dict)
 
@@ -65,7 +69,11 @@ def settings(given: Mapping[str, Any]) -> Settings:
             continue
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
-            hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}, {OVERRIDE}<key>"
+            hint = (
+                f"did you mean {near[0]}?"
+                if near
+                else f"there are {', '.join(known)}, {OVERRIDE}<key>"
+            )
             raise SettingError(f"unknown parameter {name}; {hint}")
         default = known[name][0]
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
@@ -80,7 +88,9 @@ def settings(given: Mapping[str, Any]) -> Settings:
     if found.mode not in MODES:
         raise SettingError(f"mode is {found.mode!r}; give {', '.join(MODES)}")
     if not (math.isfinite(found.command_timeout) and found.command_timeout >= 0.0):
-        raise SettingError(f"command_timeout is {found.command_timeout}; give seconds, 0.0 for never")
+        raise SettingError(
+            f"command_timeout is {found.command_timeout}; give seconds, 0.0 for never"
+        )
     return found
 
 
@@ -99,8 +109,8 @@ class Schedule:
 def schedule(given: Settings, step: float) -> Schedule:
     """Fit the rates of a node to its scene's step.
 
-    The step is the scene's, shortened where it must be so that a whole number of them makes 1/rate, as
-    `simulate` does with its sample_period.
+    The step is the scene's, shortened where it must be so that a whole number of them makes 1/rate,
+    as `simulate` does with its sample_period.
 
     Raises
     ------
@@ -122,14 +132,17 @@ def schedule(given: Settings, step: float) -> Schedule:
         if abs(steps - periods[name]) > WHOLE * steps:
             near = 1.0 / (periods[name] * step)
             raise SettingError(
-                f"{name} is {rate:g} Hz, {steps:.4g} steps of {step:g} s; give a whole number of steps: {near:g} Hz"
+                f"{name} is {rate:g} Hz, {steps:.4g} steps of {step:g} s; "
+                f"give a whole number of steps: {near:g} Hz"
             )
     common = reduce(math.gcd, periods.values())
     if given.mode == "lockstep":
         tick = whole  # one command, one control period
         for name, steps in periods.items():
             if steps % tick:
-                raise SettingError(f"{name} is not a whole part of rate ({given.rate:g} Hz), as lockstep needs")
+                raise SettingError(
+                    f"{name} is not a whole part of rate ({given.rate:g} Hz), as lockstep needs"
+                )
     else:
         divisors = [k for k in range(1, common + 1) if common % k == 0]
         tick = next((k for k in divisors if k * step >= SHORTEST_TICK * (1.0 - WHOLE)), common)

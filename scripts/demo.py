@@ -24,15 +24,16 @@ LONG_ENOUGH = 10.0  # s: from here on the arm moves when the parameters say
 
 @click.command()
 @click.option("-o", "--output", type=click.Path(file_okay=False), metavar="FOLDER",
-              help="Where to write; if not given, ./demo, or ./demo_2 where that exists.")  # fmt: skip
+              help="Where to write; else ./demo, or ./demo_2 where that exists.")  # fmt: skip
 @click.option("-d", "--duration", type=click.FloatRange(2.0), default=10.0, show_default=True,
               metavar="SECONDS", help="Of simulated time.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(output: str | None, duration: float, as_json: bool) -> None:
     """Run a flexible robot in real time with a controller, and record it.
 
-    flexsim_node simulates a three-joint arm of steel at 1 kHz; a controller in a process of its own moves it
-    over DDS, in such a hurry that it swings. Written are a bag, a rerun recording and a picture.
+    flexsim_node simulates a three-joint arm of steel at 1 kHz; a controller in a process of its
+    own moves it over DDS, in such a hurry that it swings. Written are a bag, a rerun recording
+    and a picture.
 
     \b
     Example:
@@ -95,7 +96,9 @@ def run(folder: Path, moves: dict[str, float], stopped: Stop) -> None:
     when = [word for name, value in moves.items() for word in ("-p", f"{name}:={value}")]
     say(f"starting {SCENE.name} at 1 kHz; ROS_DOMAIN_ID={environment['ROS_DOMAIN_ID']}")
     with processes(folder, environment, stopped) as trial:
-        recorder = trial.start("recorder", [*COMMAND, "record", "-o", str(folder / "bag"), "--json"])
+        recorder = trial.start(
+            "recorder", [*COMMAND, "record", "-o", str(folder / "bag"), "--json"]
+        )
         robot = trial.start("flexsim_node", [*NODE, *parameters])
         try:
             trial.wait_until_said(robot, "kernels ready", timeout=8.0)
@@ -132,7 +135,7 @@ def look(folder: Path, moves: dict[str, float], stopped: Stop) -> dict[str, Any]
 
     bag = folder / "bag"
     say("looking at the bag")
-    found = figures(bag)
+    found = figures(bag, moves["duration"])
     recording = rr.RecordingStream("flexsim")
     viewer.attach(recording, save=str(folder / "robot.rrd"), serve=False)
     show(Bag(bag), recording, scale=10.0, rate=60.0)
@@ -143,7 +146,13 @@ def look(folder: Path, moves: dict[str, float], stopped: Stop) -> dict[str, Any]
     robot = given["flexsim_node"]["ros__parameters"]
     wanted = given["flexsim_controller"]["ros__parameters"] | moves
     move = Move(*(wanted[name] for name in ("start", "goal", "there", "back", "time")))
-    draw(bag, load_scene(SCENE, flat(robot["override"])), move, folder / "vibration.png")
+    draw(
+        bag,
+        load_scene(SCENE, flat(robot["override"])),
+        move,
+        moves["duration"],
+        folder / "vibration.png",
+    )
     found["bag"] = str(bag)
     found["recording"] = str(folder / "robot.rrd")
     found["picture"] = str(folder / "vibration.png")
@@ -169,13 +178,18 @@ def print_figures(found: dict[str, Any]) -> None:
         ["overruns", f"{found['overruns']} of {found['ticks']} ticks"],
         ["step time", "p50 {step_time_p50:.0f} µs, p99 {step_time_p99:.0f} µs, "
                       "worst {step_time_worst:.0f} µs".format(**microseconds)],
-        ["command to state", "p50 {latency_p50:.0f} µs, p99 {latency_p99:.0f} µs".format(**microseconds)],
+        ["command to state", "p50 {latency_p50:.0f} µs, "
+                             "p99 {latency_p99:.0f} µs".format(**microseconds)],
         ["tip deflection", f"rms {1e3 * found['tip_deflection_rms']:.1f} mm, "
                            f"peak {1e3 * found['tip_deflection_peak']:.1f} mm"],
-        ["bag", f"{found['bag_bytes'] / 1e6:.1f} MB, {found['bag_messages']} messages: {found['bag']}"],
+        ["bag", f"{found['bag_bytes'] / 1e6:.1f} MB, {found['bag_messages']} messages: "
+                f"{found['bag']}"],
         ["3-D view", f"rerun {found['recording']}"],
         ["picture", found["picture"]],
     ]  # fmt: skip
-    title = f"A flexible arm in real time, {found['simulated_time']:.0f} s; {found['elapsed']:.0f} s in all"
+    title = (
+        f"A flexible arm in real time, {found['simulated_time']:.0f} s; "
+        f"{found['elapsed']:.0f} s in all"
+    )
     print_table(title, ["what", "figure"], rows)
     sys.stdout.flush()

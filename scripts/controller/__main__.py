@@ -1,7 +1,8 @@
 """flexsim_controller: holds a robot's joints on a move, over DDS.
 
-Parameters: scene, rate, duration, start, goal, there, back, time, stiffness, damping; config/demo.params.yaml
-has an example.  It reads `joint_states`, whose stamps are its clock, and writes `flexsim_node/commands`.
+Parameters: scene, rate, duration, start, goal, there, back, time, stiffness, damping; an example:
+config/demo.params.yaml.  It reads `joint_states`, whose stamps are its clock, and writes
+`flexsim_node/commands`.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def read_parameters(node: Any) -> dict[str, Any]:
     if missing:
         raise ValueError(f"parameter {missing[0]} is missing; config/demo.params.yaml has all")
     try:
-        found = {name: float(given[name]) for name in NUMBERS}
+        found: dict[str, Any] = {name: float(given[name]) for name in NUMBERS}
         found |= {name: tuple(float(x) for x in given[name]) for name in LISTS}
     except (TypeError, ValueError) as problem:
         raise ValueError(f"a parameter is not a number: {problem}") from None

@@ -18,8 +18,8 @@ GRAVITY_PLACES = 41
 class Move:
     """From `start` to `goal` and back, each from rest to rest in `time` s.
 
-    Velocity rises and falls linearly: the jumps of acceleration at the ends and in the middle are what
-    excites vibration.
+    Velocity rises and falls linearly: the jumps of acceleration at the ends and in the middle are
+    what excites vibration.
 
     Attributes
     ----------

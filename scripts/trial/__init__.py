@@ -1,1 +1,1 @@
-"""A trial: a robot and its controller run as processes of their own, recorded and judged from the bag."""
+"""A trial: a robot and its controller, each a process of its own, judged by their bag."""

@@ -25,7 +25,7 @@ class Motion:
 
     Attributes
     ----------
-    time : (K,) s; joint_position, joint_velocity, effort : (K, m)
+    time : (K,) s; joint_position : (K, m) rad or m
     elastic_time : (E,) s
     position, rigid_position : (E, N, 3) m, base frame
     displacement : (E, N, 6) m and rad, link frames
@@ -33,7 +33,6 @@ class Motion:
 
     time: NDArray[np.float64]
     joint_position: NDArray[np.float64]
-    effort: NDArray[np.float64]
     elastic_time: NDArray[np.float64]
     position: NDArray[np.float64]
     rigid_position: NDArray[np.float64]
@@ -42,27 +41,29 @@ class Motion:
     @property
     def tip_deflection(self) -> NDArray[np.float64]:
         """(E,) m: how far the tip is from where the rigid robot has it."""
-        return np.asarray(
-            np.linalg.norm(self.position[:, -1] - self.rigid_position[:, -1], axis=1)
-        )
+        return np.asarray(np.linalg.norm(self.position[:, -1] - self.rigid_position[:, -1], axis=1))
 
 
-def motion(bag: Bag) -> Motion:
-    """Read the robot's motion; the states that were repeated while time stood still are left out."""
+def motion(bag: Bag, until: float) -> Motion:
+    """Read the robot's motion up to a simulated time, s.
+
+    States that were repeated while time stood still are left out.
+    """
     stamps = ["header.stamp.sec", "header.stamp.nanosec"]
-    _, states = bag.columns(STATES, [*stamps, "position", "effort"])
+    _, states = bag.columns(STATES, [*stamps, "position"])
     _, shapes = bag.columns(ELASTIC, [*stamps, "position", "rigid_position", "displacement"])
 
     def once(columns: dict[str, NDArray[Any]]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         time = np.float64(columns[stamps[0]]) + 1e-9 * columns[stamps[1]]
-        return np.unique(time, return_index=True)
+        time, first = np.unique(time, return_index=True)
+        wanted = time <= until + 1e-9
+        return time[wanted], first[wanted]
 
     time, i = once(states)
     elastic_time, j = once(shapes)
     return Motion(
         time,
         states["position"][i],
-        states["effort"][i],
         elastic_time,
         shapes["position"][j].reshape(len(j), -1, 3),
         shapes["rigid_position"][j].reshape(len(j), -1, 3),
@@ -73,8 +74,9 @@ def motion(bag: Bag) -> Motion:
 def latencies(bag: Bag) -> NDArray[np.float64]:
     """Return, in s, how long after a command was sent the first state that it caused was received.
 
-    A state's effort is the torque that led to it, so it names its command.  Commands that were overtaken by
-    another within a step never show; those equal to the one before can't be told, and are left out.
+    A state's effort is the torque that led to it, so it names its command.  Commands that were
+    overtaken by another within a step never show; those equal to the one before can't be told,
+    and are left out.
     """
     sent, received = [], []
     commands, states = [], []
@@ -125,12 +127,12 @@ def last_diagnostics(bag: Bag) -> dict[str, str]:
     return values
 
 
-def figures(path: Path) -> dict[str, Any]:
-    """Return a trial's numbers, in SI units."""
+def figures(path: Path, until: float) -> dict[str, Any]:
+    """Return a trial's numbers, in SI units; `until` is when its controller ended, simulated s."""
     bag = Bag(path)
     said = last_diagnostics(bag)
     latency = latencies(bag)
-    deflection = motion(bag).tip_deflection
+    deflection = motion(bag, until).tip_deflection
     p50, p99 = np.quantile(latency, [0.5, 0.99]) if len(latency) else (np.nan, np.nan)
     return {
         "simulated_time": float(said["simulated time, s"]),

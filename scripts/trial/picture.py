@@ -1,4 +1,4 @@
-"""The picture of a trial: the arm on its way, its joints, how its tip swings, and at which frequencies."""
+"""The picture of a trial: the arm on its way, its joints, how its tip swings, how fast it does."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ EXAGGERATION = 4.0
 SHAPES = 7
 MILLIMETRES = 1e3
 INK, GRID, GHOST = "#22262e", "#d9dce1", "#b4bac4"
-HIGHEST = 45.0  # Hz
+HIGHEST = 30.0  # Hz
 COLOURS = [tuple(c / 255 for c in colour) for colour in SERIES]
 BLUE, ORANGE = COLOURS[5], COLOURS[6]
 
 
-def draw(bag: Path, scene: Scene, move: Move, file: Path) -> None:
+def draw(bag: Path, scene: Scene, move: Move, until: float, file: Path) -> None:
     """Draw a trial's picture into a PNG."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    moved = motion(Bag(bag))
+    moved = motion(Bag(bag), until)
     style = {
         "font.size": 10, "axes.edgecolor": INK, "axes.labelcolor": INK, "text.color": INK,
         "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False,
@@ -48,7 +48,7 @@ def draw(bag: Path, scene: Scene, move: Move, file: Path) -> None:
         swing(figure.add_subplot(grid[1, 1], sharex=angles), moved, move)
         spectrum(figure.add_subplot(grid[2, 1]), moved, move, scene)
         figure.suptitle(
-            f"{scene.name.replace('_', ' ').capitalize()} arm of steel, simulated in real time, under joint PD control",
+            "An arm of steel links, simulated in real time, under joint PD control",
             x=0.01, ha="left", fontsize=14, fontweight="bold",
         )  # fmt: skip
         figure.savefig(file, dpi=110)
@@ -65,7 +65,9 @@ def arm(axes: Any, moved: Motion, move: Move) -> None:
     tip = moved.rigid_position[window, -1] + EXAGGERATION * (
         moved.position[window, -1] - moved.rigid_position[window, -1]
     )
-    axes.plot(*tip.T, color=ORANGE, linewidth=0.9, alpha=0.9, label="path of the tip, to the end of the rest")
+    axes.plot(
+        *tip.T, color=ORANGE, linewidth=0.9, alpha=0.9, label="path of the tip, until it moves back"
+    )
     for n in range(SHAPES):
         fade = 0.25 + 0.75 * n / (SHAPES - 1)
         axes.plot(*rigid[n].T, color=GHOST, linewidth=1.4, label="rigid links" if n == 0 else None)
@@ -96,9 +98,12 @@ def joints(axes: Any, moved: Motion, move: Move, names: tuple[str, ...]) -> None
     """Plot the joints, wanted and measured."""
     for k, name in enumerate(names):
         colour = COLOURS[(5, 6, 2)[k % 3]]
-        axes.plot(moved.time, moved.joint_position[:, k], color=colour, label=name.replace("_", " "))
-        axes.plot(moved.time, move.position(moved.time)[:, k], color=INK, linewidth=0.7, linestyle=":",
-                  label="wanted" if k == len(names) - 1 else None)  # fmt: skip
+        axes.plot(
+            moved.time, moved.joint_position[:, k], color=colour, label=name.replace("_", " ")
+        )
+    for k, wanted in enumerate(move.position(moved.time).T):
+        label = None if k else "wanted"
+        axes.plot(moved.time, wanted, color=INK, linewidth=0.7, linestyle=":", label=label)
     axes.set(ylabel="rad", title="Joints")
     axes.legend(loc="upper right", ncols=len(names) + 1, fontsize=9, bbox_to_anchor=(1.0, 1.2))
 
@@ -109,24 +114,27 @@ def swing(axes: Any, moved: Motion, move: Move) -> None:
     for begin in (move.there, move.back):
         axes.axvspan(begin, begin + move.time, color=GRID, alpha=0.6, linewidth=0)
     axes.plot(moved.elastic_time, tip[:, 2], color=BLUE, label="sideways")
-    axes.plot(moved.elastic_time, tip[:, 1], color=ORANGE, label="in the arm's plane (gravity's sag included)")
+    axes.plot(
+        moved.elastic_time, tip[:, 1], color=ORANGE, label="in the arm's plane, with gravity's sag"
+    )
     deflection = MILLIMETRES * moved.tip_deflection
     rms, peak = np.sqrt(np.mean(deflection**2)), deflection.max()
     axes.set(
         ylabel="mm", xlabel="simulated time, s", xlim=(0.0, moved.time[-1]),
-        title=f"Tip deflection: rms {rms:.1f} mm, peak {peak:.1f} mm (grey: the joints move)",
+        title=f"Tip deflection: rms {rms:.1f} mm, peak {peak:.1f} mm",
     )  # fmt: skip
-    axes.legend(loc="lower right", ncols=2, fontsize=9)
+    axes.legend(loc="upper right", ncols=2, fontsize=9, bbox_to_anchor=(1.0, 1.16))
 
 
 def spectrum(axes: Any, moved: Motion, move: Move, scene: Scene) -> None:
     """Plot the spectrum of the swinging after the way there, over the natural frequencies."""
     rest = (moved.elastic_time > move.there + move.time) & (moved.elastic_time < move.back)
     time, tip = moved.elastic_time[rest], MILLIMETRES * moved.displacement[rest, -1]
+    label = "natural frequencies, joints locked"
     for n, frequency in enumerate(natural_frequencies(scene, np.array(move.goal))):
         if frequency < HIGHEST:
-            axes.axvline(frequency, color=GHOST, linewidth=1.0, linestyle="--",
-                         label="natural frequencies, joints locked" if n == 0 else None)  # fmt: skip
+            words = None if n else label
+            axes.axvline(frequency, color=GHOST, linewidth=1.0, linestyle="--", label=words)
     for column, colour, name in ((2, BLUE, "sideways"), (1, ORANGE, "in the arm's plane")):
         frequency, amplitude = amplitudes(time, tip[:, column])
         axes.semilogy(frequency, amplitude, color=colour, label=name)
@@ -139,9 +147,10 @@ def spectrum(axes: Any, moved: Motion, move: Move, scene: Scene) -> None:
 def amplitudes(
     time: NDArray[np.float64], value: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return frequencies, Hz, and amplitudes of an evenly sampled signal, padded for a smooth curve."""
+    """Return frequencies, Hz, and amplitudes of an even signal, padded for a smooth curve."""
     period = float(np.median(np.diff(time)))
     window = np.hanning(len(value))
     padded = 8 * len(value)
     transformed = np.fft.rfft((value - value.mean()) * window, padded)
-    return np.fft.rfftfreq(padded, period), 2.0 * np.abs(transformed) / window.sum()
+    amplitude = 2.0 * np.abs(transformed) / window.sum()
+    return np.fft.rfftfreq(padded, period).astype(float), np.asarray(amplitude, dtype=float)

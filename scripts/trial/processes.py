@@ -24,7 +24,7 @@ CONTROLLER = [sys.executable, "-m", "flexsim.controller"]
 
 
 def own_domain() -> dict[str, str]:
-    """Return an environment in which a trial neither hears nor disturbs other robots of this host."""
+    """Return an environment in which a trial neither hears nor disturbs this host's robots."""
     domain = random.SystemRandom().choice(DOMAINS)
     return {
         **os.environ,
@@ -143,9 +143,7 @@ class Processes:
 
 
 @contextmanager
-def processes(
-    folder: Path, environment: Mapping[str, str], stopped: Stop
-) -> Iterator[Processes]:
+def processes(folder: Path, environment: Mapping[str, str], stopped: Stop) -> Iterator[Processes]:
     """Give a trial its processes, all of which have ended afterwards."""
     trial = Processes(folder, environment, stopped)
     try:

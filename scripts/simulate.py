@@ -1,0 +1,232 @@
+"""`flexsim simulate`: a scene offline, as fast as it goes."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .terminal.report import print_json, print_table
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from flexsim_node import Run, Scene
+
+
+@click.command()
+@click.argument("scene", type=click.Path())
+@click.option("-d", "--duration", type=click.FloatRange(0.0, 1e6), default=1.0, show_default=True,
+              metavar="SECONDS", help="Of simulated time.")  # fmt: skip
+@click.option("--sample-period", type=click.FloatRange(0.0, min_open=True), metavar="SECONDS",
+              help="Between saved samples; the scene's step if not given.")  # fmt: skip
+@click.option("--torque", type=click.Path(dir_okay=False), metavar="FILE.csv",
+              help="Torques, N m: columns t, one a joint; a row holds until the next.")  # fmt: skip
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
+              help="Change the scene, e.g. solver.step=5e-4; may be repeated.")  # fmt: skip
+@click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.npz",
+              help="Write the run's arrays for numpy.load.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(
+    scene: str,
+    duration: float,
+    sample_period: float | None,
+    torque: str | None,
+    settings: tuple[str, ...],
+    save: str | None,
+    as_json: bool,
+) -> None:
+    """Simulate a robot without ROS.
+
+    SCENE is a YAML file, such as those in config/. Without --torque the joints are free.
+
+    \b
+    Example:
+      flexsim simulate config/planar_double_pendulum.yaml --duration 2
+      flexsim simulate config/anthropomorphic.yaml --set links.link_2.beam.elements=4 --save run.npz
+    """
+    if save and not Path(save).absolute().parent.is_dir():
+        raise click.ClickException(f"{Path(save).parent} does not exist; make it first")
+    overrides = dict(map(setting, settings))
+    if not Path(scene).is_file():
+        raise click.ClickException(f"{scene} does not exist; give a scene's YAML file")
+
+    from flexsim_node import load_scene
+
+    loaded = load_scene(scene, overrides)
+    run, elapsed = work(loaded, duration, sample_period, torque)
+    if save:
+        write(run, loaded, Path(save))
+    found = figures(run, loaded, elapsed)
+    found |= {"scene": scene, "saved": save}
+    if as_json:
+        print_json(found)
+    else:
+        print_figures(found)
+    if run.status != "ok":
+        raise click.ClickException(run.status)
+
+
+def setting(words: str) -> tuple[str, Any]:
+    """Read KEY=VALUE, the value as YAML says it."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+
+    key, equals, value = words.partition("=")
+    if not (key and equals):
+        raise click.UsageError(f"--set {words}: give KEY=VALUE, such as solver.step=5e-4")
+    try:
+        return key, number(value) if number(value) is not None else YAML(typ="safe").load(value)
+    except YAMLError:
+        raise click.UsageError(f"--set {words}: {value!r} is not a YAML value") from None
+
+
+def number(text: str) -> int | float | None:
+    """Read a number; YAML takes 5e-4, without a point, for a word."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return None
+
+
+def work(
+    scene: Scene, duration: float, sample_period: float | None, torque: str | None
+) -> tuple[Run, float]:
+    """Simulate, with the compilation done before.  Returns the run and the s it took."""
+    from flexsim_node import simulate
+
+    simulate(scene, duration=0.0)
+    begun = time.monotonic()
+    if torque is None:
+        run = simulate(scene, duration=duration, sample_period=sample_period)
+        return run, time.monotonic() - begun
+    period = scene.solver.step if sample_period is None else sample_period
+    stride = max(1, math.ceil(period / scene.solver.step - 1e-9))
+    fine = period / stride  # torques may change at every step, however few samples are kept
+    steps = round(duration / fine) + 1
+    run = simulate(
+        scene,
+        read_torque(Path(torque), scene, steps, fine),
+        duration=duration,
+        sample_period=fine,
+    )
+    return thinned(run, stride), time.monotonic() - begun
+
+
+def read_torque(path: Path, scene: Scene, steps: int, step: float) -> NDArray[np.float64]:
+    """Return the torque (steps, m) in force at each step.
+
+    Raises
+    ------
+    ValueError
+        where the file is not a table of t and one column a joint
+    """
+    import csv
+
+    import numpy as np
+
+    names = scene.joint_names
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
+    except FileNotFoundError:
+        raise ValueError(f"{path} does not exist; give a CSV file") from None
+    wanted = ["t", *names]
+    order = list(range(len(wanted)))
+    if rows and number(rows[0][0]) is None:
+        header = [word.strip() for word in rows.pop(0)]
+        if sorted(header) != sorted(wanted):
+            raise ValueError(f"{path}: columns are {', '.join(header)}; give {', '.join(wanted)}")
+        order = [header.index(name) for name in wanted]
+    try:
+        table = np.array([[float(word) for word in row] for row in rows])
+    except ValueError as problem:
+        raise ValueError(f"{path}: {problem}; give numbers") from None
+    if table.ndim != 2 or table.shape[1] != len(wanted) or not np.isfinite(table).all():
+        raise ValueError(f"{path}: give rows of {len(wanted)} finite numbers: {', '.join(wanted)}")
+    table = table[:, order]
+    if (np.diff(table[:, 0]) <= 0.0).any():
+        raise ValueError(f"{path}: t does not rise from row to row")
+    # A time that is a step but for rounding belongs to that step; before the first row: no torque.
+    at = np.searchsorted(table[:, 0], step * np.arange(steps) + 1e-6 * step, side="right")
+    return np.vstack([np.zeros(len(names)), table[:, 1:]])[at]
+
+
+def thinned(run: Run, stride: int) -> Run:
+    """Keep every so many samples."""
+    from dataclasses import replace
+
+    sampled = ("time", "joint_position", "joint_velocity", "torque", "link_end", "node_position",
+               "rigid_position", "node_displacement", "energy")  # fmt: skip
+    return replace(run, **{name: getattr(run, name)[::stride] for name in sampled})
+
+
+def write(run: Run, scene: Scene, path: Path) -> None:
+    """Save a run's arrays, and the names that go with them."""
+    from dataclasses import fields
+
+    import numpy as np
+
+    arrays: dict[str, Any] = {f.name: np.asarray(getattr(run, f.name)) for f in fields(run)}
+    arrays["joint_names"] = np.array(scene.joint_names)
+    with path.open("wb") as file:  # numpy would add .npz to a name without it
+        np.savez_compressed(file, **arrays)
+
+
+def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
+    """Return what a run came to, in SI units."""
+    import numpy as np
+
+    tip = np.linalg.norm(run.node_position[:, -1] - run.rigid_position[:, -1], axis=1)
+    steps = len(run.step_time)
+    p50, p99 = np.quantile(run.step_time, [0.5, 0.99]) if steps else (0.0, 0.0)
+    return {
+        "name": scene.name,
+        "status": run.status,
+        "simulated_time": float(run.time[-1]),
+        "elapsed": elapsed,
+        "samples": len(run.time),
+        "steps": steps,
+        "step_time_p50": float(p50),
+        "step_time_p99": float(p99),
+        "joint_names": list(scene.joint_names),
+        "joint_position": run.joint_position[-1].tolist(),
+        "joint_velocity": run.joint_velocity[-1].tolist(),
+        "link_end": run.link_end[-1].tolist(),
+        "tip_deflection_rms": float(np.sqrt(np.mean(tip**2))),
+        "tip_deflection_peak": float(tip.max()),
+        "energy_start": float(run.energy[0]),
+        "energy_end": float(run.energy[-1]),
+    }
+
+
+def print_figures(found: dict[str, Any]) -> None:
+    """Print the table."""
+    rows: list[list[Any]] = [
+        [name, f"{q:.6f} rad or m, {v:.6f} a second"]
+        for name, q, v in zip(found["joint_names"], found["joint_position"],
+                              found["joint_velocity"], strict=True)
+    ]  # fmt: skip
+    place = ", ".join(f"{x:.6f}" for x in found["link_end"][-1])
+    rows += [
+        ["tip", f"{place} m"],
+        ["tip deflection", f"rms {1e3 * found['tip_deflection_rms']:.3f} mm, "
+                           f"peak {1e3 * found['tip_deflection_peak']:.3f} mm"],
+        ["energy", f"{found['energy_start']:.6f} J at the start, "
+                   f"{found['energy_end']:.6f} J at the end"],
+        ["step time", f"p50 {1e6 * found['step_time_p50']:.1f} µs, "
+                      f"p99 {1e6 * found['step_time_p99']:.1f} µs"],
+    ]  # fmt: skip
+    if found["saved"]:
+        rows.append(["saved", f"{found['saved']}, {found['samples']} samples"])
+    title = (
+        f"{found['name']}: {found['simulated_time']:g} s in {found['elapsed']:.2f} s, "
+        f"{found['steps']} steps; at the end:"
+    )
+    print_table(title, ["what", "figure"], rows)
