@@ -195,6 +195,7 @@ def diagnostics(report: Report, commands: Commands, scene_name: str, mode: str) 
                 "ticks": report.ticks,
                 "overruns": report.overruns,
                 "lost time, s": f"{report.lost:.6f}",
+                "real-time priority": "yes" if report.real_time_priority else "no",
                 **_microseconds("step time", report.step_p50, report.step_p99, report.step_worst),
                 **_microseconds("tick time", None, report.tick_p99, report.tick_worst),
                 **_microseconds("lateness", None, report.late_p99, report.late_worst),

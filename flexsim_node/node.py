@@ -17,6 +17,7 @@ from flexsim_msgs.msg import ElasticLayout, ElasticState
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
+from rclpy.duration import Duration
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -86,7 +87,7 @@ class FlexsimNode(Node):
         )
         self._listen()
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        self.create_timer(1.0, self.publish_diagnostics, clock=steady)
         self._said_stopped = False
         self.get_logger().info(
             f"{self.scene.name}: {robot.model.joints} joints, {robot.model.unknowns} unknowns, "
@@ -139,12 +140,15 @@ class FlexsimNode(Node):
                 throttle_duration_sec=1.0,
             )
 
-    def _publish_diagnostics(self) -> None:
+    def publish_diagnostics(self, *, last: bool = False) -> None:
+        """Say how it goes; the last time wait a moment until it is heard."""
         report = self.loop.report
         message = conversions.diagnostics(
             report, self.commands, self.scene.name, self.settings.mode
         )
         self._diagnostics.publish(message)
+        if last:
+            self._diagnostics.wait_for_all_acked(Duration(seconds=0.5))
         if report.phase == "stopped" and not self._said_stopped:
             self._said_stopped = True
             self.get_logger().error(
@@ -212,6 +216,7 @@ def run(node: FlexsimNode) -> int:
             executor.spin_once(timeout_sec=SPIN_PERIOD)
     finally:
         node.loop.stop()
+        node.publish_diagnostics(last=True)
         executor.shutdown()
     if node.loop.failure is not None:
         print(f"{NAME}: the stepping thread failed: {node.loop.failure!r}", file=sys.stderr)

@@ -115,8 +115,8 @@ def run(folder: Path, moves: dict[str, float], stopped: Stop) -> None:
             trial.check(but=controller)
             time.sleep(POLL_PERIOD)
         trial.end(controller)
+        trial.end(robot)  # it closes with its last diagnostics, which are to be recorded
         trial.end(recorder)
-        trial.end(robot)
 
 
 def look(folder: Path, moves: dict[str, float], stopped: Stop) -> dict[str, Any]:
@@ -188,8 +188,7 @@ def print_figures(found: dict[str, Any]) -> None:
         ["picture", found["picture"]],
     ]  # fmt: skip
     title = (
-        f"A flexible arm in real time, {found['simulated_time']:.0f} s; "
-        f"{found['elapsed']:.0f} s in all"
+        f"A flexible arm in real time, {found['duration']:.0f} s; {found['elapsed']:.0f} s in all"
     )
     print_table(title, ["what", "figure"], rows)
     sys.stdout.flush()

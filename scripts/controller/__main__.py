@@ -49,7 +49,7 @@ def control(node: Any, stopped: Stop) -> None:
     from std_msgs.msg import Float64MultiArray
 
     from flexsim_node import load_scene
-    from flexsim_node.realtime import SECOND, Pace, sleep_finely
+    from flexsim_node.realtime import SECOND, Pace, go_first, sleep_finely
 
     given = read_parameters(node)
     scene = load_scene(given["scene"])
@@ -70,6 +70,7 @@ def control(node: Any, stopped: Stop) -> None:
     gc.collect()
     gc.freeze()
     sleep_finely()
+    go_first()
     pace = Pace(round(SECOND / given["rate"]))
     while not stopped.asked:
         pace.wait()
