@@ -43,12 +43,17 @@ class Tables(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """What a mesh gives to the kernels; shapes as in LeafMesh."""
+    """What a mesh gives to the kernels; shapes as in LeafMesh.
+
+    share (M, nz, ny, nx) : m3 of material whose heat a node and the one behind it exchange, the
+        compact (fourth order) sum of a brick's heat; see model.py
+    """
 
     volume: Array
     gx: Array
     gy: Array
     gz: Array
+    share: Array
 
 
 class Surface(NamedTuple):
@@ -66,7 +71,9 @@ class Field(NamedTuple):
     """Everything the kernels write, allocated once.
 
     heat, capacity, flow : H (J), dH/dT (J/K) and net heat inflow (W) of each node
-    theta, conductivity (M, N) : the conductivity integral and its slope, each material
+    theta, conductivity, enthalpy, density_heat (M, N) : the integrals and their slopes, each
+        material
+    shared : heat capacity that is shared along the edges through the thickness, J/K
     ax, ay, az : edge conductances, W/K; diagonal : boundary conductance, W/K
     """
 
@@ -75,6 +82,9 @@ class Field(NamedTuple):
     flow: Array
     theta: Array
     conductivity: Array
+    enthalpy: Array
+    density_heat: Array
+    shared: Array
     ax: Array
     ay: Array
     az: Array
@@ -144,13 +154,16 @@ def evaluate(
     field.ax[:] = 0.0
     field.ay[:] = 0.0
     field.az[:] = 0.0
+    field.shared[:] = 0.0
     for m in range(count):
         gx, gy, gz = grid.gx[m].reshape(n), grid.gy[m].reshape(n), grid.gz[m].reshape(n)
         theta, k = field.theta[m], field.conductivity[m]
+        each_h, each_c = field.enthalpy[m], field.density_heat[m]
         for i in range(n):
             v = volume[m, i]
             if v > 0.0:
                 h, c, theta[i], k[i] = lookup(tables, m, temperature[i])
+                each_h[i], each_c[i] = h, c
                 heat[i] += v * h
                 capacity[i] += v * c
         if nx > 1:
@@ -159,6 +172,8 @@ def evaluate(
             _edges(theta, k, gy, field.ay, field.flow, nx)
         if nz > 1:
             _edges(theta, k, gz, field.az, field.flow, nx * ny)
+            share = grid.share[m].reshape(n)
+            _edges(each_h, each_c, share, field.shared, heat, nx * ny)
     _surfaces(temperature, gas, surface, field)
 
 

@@ -94,6 +94,9 @@ class Heat:
             flow=np.zeros(n),
             theta=np.zeros((count, n)),
             conductivity=np.zeros((count, n)),
+            enthalpy=np.zeros((count, n)),
+            density_heat=np.zeros((count, n)),
+            shared=np.zeros(n),
             ax=np.zeros(n),
             ay=np.zeros(n),
             az=np.zeros(n),
@@ -184,7 +187,8 @@ class Heat:
                     self._step = step * max(0.2, min(factor, 0.9))
                     continue
                 grown = step * min(GROWTH, factor)
-                if grown < self._step or step > 0.9 * self._step:
+                # A step cut short to end on time says nothing against a longer one.
+                if grown > self._step or factor < 1.0 or step > 0.9 * self._step:
                     self._step = min(grown, LONGEST_STEP)
             self.accept(step)
             halvings = 0

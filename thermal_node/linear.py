@@ -68,7 +68,8 @@ def factor_lines(field: Field, g: float, nx: int, plane: int, k: Krylov) -> None
     n, o = field.capacity.size, plane
     np.multiply(field.ax, g, k.ex[o:])
     np.multiply(field.ay, g, k.ey[o:])
-    np.multiply(field.az, g, k.ez[o:])
+    for i in range(n):
+        k.ez[o + i] = g * field.az[i] - field.shared[i]
     _diagonal(
         k.diagonal,
         field.capacity,

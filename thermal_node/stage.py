@@ -51,47 +51,45 @@ def solve_stage(
     for _iteration in range(most):
         evaluate(temperature, gas, tables, grid, surface, field)
         count[0] += 1
-        residual, moved, capacity = 0.0, 0.0, 0.0
+        residual, moved, rounding = 0.0, 0.0, 0.0
         for i in range(n):
             r = base[i] + g * field.flow[i] - field.heat[i]
             krylov.r[i] = r
             residual += abs(r)
             moved += abs(field.heat[i] - base[i])
-            capacity += field.capacity[i]
+            # What rounding of a temperature does to its heat, and to a surface that holds it.
+            kelvin = abs(temperature[i]) + 273.0
+            rounding += 1e-14 * field.capacity[i] + 1e-15 * g * field.diagonal[i] * kelvin
         if not residual < 1e300:
             return NOT_FINITE
         through = g * (field.surface_flow[3] + field.surface_flow[4] + field.surface_flow[5])
-        scale = HEAT_TOLERANCE * max(through, 0.01 * moved) + 1e-14 * capacity
-        if residual <= scale or (residual > 0.5 * previous and residual <= 30.0 * scale):
+        scale = HEAT_TOLERANCE * max(through, 0.01 * moved) + rounding
+        if residual <= scale or (residual > 0.5 * previous and residual <= 4.0 * scale):
             return CONVERGED
         previous = residual
         factor_lines(field, g, nx, plane, krylov)
         count[1] += conjugate_gradients(step, nx, plane, krylov, LINEAR_TOLERANCE, 500)
         for i in range(n):
-            wanted = field.capacity[i] * step[i]
             if abs(step[i]) > 0.5:
-                temperature[i] = _not_past(
-                    tables, volume, i, temperature[i], step[i], field.heat[i] + wanted, abs(wanted)
-                )
+                temperature[i] = _not_past(tables, volume, i, temperature[i], step[i])
             else:
                 temperature[i] += step[i]
     return SLOW
 
 
 @njit(cache=True, fastmath=FAST)
-def _not_past(
-    tables: Tables, volume: Array, i: int, t: float, step: float, wanted: float, change: float
-) -> float:
-    """t + step, or short of it where the node's heat is already `wanted` (J)."""
+def _not_past(tables: Tables, volume: Array, i: int, t: float, step: float) -> float:
+    """t + step, or short of it where the node already holds the heat that the step meant."""
+    before, capacity = heat_at(tables, volume, i, t)
+    wanted = capacity * step
     low, high = t, t + step
     heat, _ = heat_at(tables, volume, i, high)
-    over = heat - wanted if step > 0.0 else wanted - heat
-    if over <= 0.1 * change:
+    if abs(heat - before) <= 1.1 * abs(wanted):
         return high
     for _ in range(40):
         middle = 0.5 * (low + high)
         heat, _c = heat_at(tables, volume, i, middle)
-        if (heat - wanted if step > 0.0 else wanted - heat) > 0.0:
+        if abs(heat - before) > abs(wanted):
             high = middle
         else:
             low = middle

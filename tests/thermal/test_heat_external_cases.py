@@ -90,7 +90,7 @@ def test_bar_with_a_swinging_end_nafems_t3():
     scene = slab(
         0.1,
         {"density": 7200.0, "specific_heat": 440.5, "conductivity": 35.0},
-        50,
+        20,
         furnace={
             "curve": "measured",
             "time": time,

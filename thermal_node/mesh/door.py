@@ -66,7 +66,9 @@ def door_mesh(scene: Scene) -> LeafMesh:
         edge &= material != rim
         material[edge] = rim
         through[edge] = leaf.rim.contact
-    return leaf_mesh(x, y, z, material, names, through, lateral, layer_of, mirror)
+    steady = scene.solver.model == "steady" and scene.exposed.held is None
+    held = (bool(scene.exposed.held) or steady, bool(scene.unexposed.held))
+    return leaf_mesh(x, y, z, material, names, through, lateral, layer_of, mirror, held)
 
 
 def _through(scene: Scene, counts: tuple[int, ...]) -> tuple[Array, np.ndarray]:

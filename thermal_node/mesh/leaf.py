@@ -9,7 +9,8 @@ flat the brick. A steel sheet 1 mm thick with nodes 25 mm apart needs that.
 
 Through the thickness a layer's heat is summed with Gregory's end correction: the outermost
 bricks of a layer give 5/12 of their heat to its face and 7/12 inwards. A layer's heat is then
-right to third order instead of second, and twelve bricks do for wool what some twenty would.
+right to third order instead of second, and twelve bricks do for wool what some twenty would. A
+face whose temperature is held needs none of it: its heat is not asked for.
 """
 
 from __future__ import annotations
@@ -80,12 +81,14 @@ def leaf_mesh(
     lateral: tuple[bool, bool, bool, bool] = (False, False, False, False),
     brick_layer: NDArray[np.int64] | None = None,
     mirror: tuple[str, ...] = (),
+    held: tuple[bool, bool] = (False, False),
 ) -> LeafMesh:
     """Collect the bricks of a tensor grid at its nodes.
 
     x, y, z : node positions, m; a single position stands for a unit width that is not resolved
     brick_material (bz, by, bx) : index into `material_names` (1 brick where not resolved)
     through_factor (bz, by, bx) : scales conduction along z (a rim with poor contact)
+    held : whether the exposed and the unexposed face are held at a temperature
     lateral : whether the sides at -x, +x, -y, +y are the leaf's edge and not a symmetry plane
     """
     dx, dy, dz = (np.diff(c) if len(c) > 1 else np.ones(1) for c in (x, y, z))
@@ -98,7 +101,7 @@ def leaf_mesh(
     area_z = np.ones_like(dz)[:, None, None] * dy[None, :, None] * dx[None, None, :]
     if brick_layer is None:
         brick_layer = np.zeros(len(dz), dtype=np.int64)
-    lower = _lower_share(brick_layer)
+    lower = _lower_share(brick_layer, held)
     volume = np.zeros((count, nz, ny, nx))
     gx, gy, gz = np.zeros_like(volume), np.zeros_like(volume), np.zeros_like(volume)
     for m in range(count):
@@ -146,13 +149,15 @@ def leaf_mesh(
     )
 
 
-def _lower_share(brick_layer: NDArray[np.int64]) -> Array:
+def _lower_share(brick_layer: NDArray[np.int64], held: tuple[bool, bool]) -> Array:
     """The share (bz,) of each brick's heat that belongs to its lower nodes."""
     lower = np.full(len(brick_layer), 0.5)
     for layer in np.unique(brick_layer):
         bricks = np.flatnonzero(brick_layer == layer)
-        lower[bricks[0]] -= 1.0 / 12.0
-        lower[bricks[-1]] += 1.0 / 12.0
+        if bricks[0] > 0 or not held[0]:
+            lower[bricks[0]] -= 1.0 / 12.0
+        if bricks[-1] < len(brick_layer) - 1 or not held[1]:
+            lower[bricks[-1]] += 1.0 / 12.0
     return lower
 
 
