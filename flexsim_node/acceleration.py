@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .beam import kernel
-from .chain import BETA, FIXED, KIND, Q
+from .kernel import kernel
+from .chain import FIXED, KIND, Q
 from .dynamics import residual
 from .factorization import factorize, set_scale, solve
 
@@ -45,9 +45,7 @@ def acceleration(chain, work, x, v, torque, out):
     for n in range(link.shape[0]):
         if work.held[n] and link[n, KIND] != FIXED:
             a[link[n, Q]] = out[link[n, Q]]
-    for i in range(x.size):
-        out[i] = chain.setting[BETA] * v[i]
-    residual(chain, work, x, v, a, out, torque, rhs)
+    residual(chain, work, x, v, a, torque, rhs)
     if work.scale[0] != 0.0 or work.scale[1] != 0.0:
         set_scale(chain, work, 0.0, 0.0)
     if factorize(chain, work) != 0:

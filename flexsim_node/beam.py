@@ -21,7 +21,8 @@ geometric stiffness of whatever axial force is there, derived from an energy.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from .kernel import kernel
 
 # columns of Model.element
 START, LENGTH, MASS, INERTIA_Y, INERTIA_Z, POLAR = 0, 1, 2, 3, 4, 5
@@ -29,10 +30,6 @@ AXIAL, TORSION, BEND_Y, BEND_Z, SHEAR_Y, SHEAR_Z, STIFFENING = 6, 7, 8, 9, 10, 1
 # (BEND_Z, SHEAR_Z bend in the x-y plane, about z; BEND_Y, SHEAR_Y in the x-z plane, about y.
 #  INERTIA_Y, INERTIA_Z are density times the integrals of y^2 and of z^2 over the section.)
 COLUMNS = 13
-
-# numba: no assumption that NaN can't occur, since the step looks for it
-FAST = {"reassoc", "contract", "nsz", "arcp"}
-kernel = njit(cache=True, fastmath=FAST, error_model="numpy", nogil=True)
 
 HERMITE_MASS = (
     np.array(

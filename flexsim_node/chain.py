@@ -29,6 +29,7 @@ GRAVITY, ALPHA, BETA = 0, 3, 4
 class Chain(NamedTuple):
     """A robot as the kernels see it: L links, E elements, N nodes, n unknowns, B dofs a node (3 or 6)."""
 
+    dofs: tuple[int, ...]  # of a node in space: its length B is known when a kernel is compiled
     link: np.ndarray  # (L, 9) int64
     joint: np.ndarray  # (L, 12)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
@@ -62,8 +63,9 @@ class Workspace(NamedTuple):
     answer: np.ndarray  # (L, 2B)
     front: np.ndarray  # (3B, 3B)
     vector: np.ndarray  # (8, n)
-    drive: np.ndarray  # (1, 4, m): torque and prescribed motion between the ends of a step
+    drive: np.ndarray  # (4, m): torque and prescribed motion between the ends of a step
     memory: np.ndarray  # (n,): what a method keeps from step to step
+    square: np.ndarray  # (2B, 2B)
     coupling: np.ndarray  # (2B + 1, B)
     inertia: np.ndarray  # (B, B)
     scratch: np.ndarray  # (24, 3)
@@ -73,8 +75,9 @@ class Workspace(NamedTuple):
 def workspace(chain: Chain) -> Workspace:
     """Allocate the buffers for a chain."""
     links = len(chain.link)
-    nodes, b = chain.index.shape
+    nodes, b = len(chain.index), len(chain.dofs)
     unknowns = max(int(chain.index.max(initial=-1)), int(chain.link[:, [Q, PHI]].max(initial=-1))) + 1
+    joints = int(np.sum(chain.link[:, KIND] != FIXED))
     return Workspace(
         frame=np.zeros((links, 33)),
         kept=np.zeros((links, 33)),
@@ -91,8 +94,9 @@ def workspace(chain: Chain) -> Workspace:
         answer=np.zeros((links, 2 * b)),
         front=np.zeros((3 * b, 3 * b)),
         vector=np.zeros((8, unknowns)),
-        drive=np.zeros((1, 4, int(np.sum(chain.link[:, KIND] != FIXED)))),
+        drive=np.zeros((4, joints)),
         memory=np.zeros(unknowns),
+        square=np.zeros((2 * b, 2 * b)),
         coupling=np.zeros((2 * b + 1, b)),
         inertia=np.zeros((b, b)),
         scratch=np.zeros((24, 3)),

@@ -9,10 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from . import planar_beam, rigid_body, spatial_beam
-from .beam import kernel
+from .kernel import kernel
 from .chain import (
     ACCELERATION,
     ALPHA,
+    BETA,
     BODIES,
     COULOMB,
     COULOMB_SPEED,
@@ -59,10 +60,10 @@ def joint_force(chain, x, v, a, torque, out):
 def link_forces(chain, work):
     """Inertia, elastic and damping forces of every element and body, at the placed and moving nodes."""
     link, element = chain.link, chain.element
-    d, v, a, s = work.node[DISPLACEMENT], work.node[RATE], work.node[ACCELERATION], work.node[TRIAL]
+    d, v, a = work.node[DISPLACEMENT], work.node[RATE], work.node[ACCELERATION]
     force, wrench = work.force, work.wrench
-    alpha = chain.setting[ALPHA]
-    planar = chain.index.shape[1] == 3
+    alpha, beta = chain.setting[ALPHA], chain.setting[BETA]
+    planar = len(chain.dofs) == 3
     force[:] = 0.0
     wrench[:] = 0.0
     for n in range(link.shape[0]):
@@ -72,11 +73,13 @@ def link_forces(chain, work):
             if planar:
                 planar_beam.inertia_force(e, f, d, v, a, i, alpha, force, wrench[n])
                 planar_beam.elastic_force(e, d, i, force)
-                planar_beam.stiffness_product(e, d, s, i, 1.0, force)
+                if beta > 0.0:
+                    planar_beam.stiffness_product(e, d, v, i, beta, force)
             else:
                 spatial_beam.inertia_force(e, f, d, v, a, i, alpha, force, wrench[n], work.scratch)
                 spatial_beam.elastic_force(e, d, i, force)
-                spatial_beam.stiffness_product(e, d, s, i, 1.0, force)
+                if beta > 0.0:
+                    spatial_beam.stiffness_product(e, d, v, i, beta, force)
         for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
             i = chain.body_place[k]
             r = work.row
@@ -108,15 +111,10 @@ def link_forces(chain, work):
 
 
 @kernel
-def residual(chain, work, x, v, a, s, torque, out):
-    """Applied minus elastic, damping and inertia forces, f(x, v) - M(x) a - K(x) s, into out (n,).
-
-    f holds everything but the damping that is proportional to stiffness: s = beta v brings it in, and an
-    implicit method adds what it needs.  M a also brings alpha's damping, which acts on the rates v.
-    """
+def residual(chain, work, x, v, a, torque, out):
+    """Applied minus elastic, damping and inertia forces, f(x, v) - M(x) a, into out (n,)."""
     place(chain, work, x)
     accelerate(chain, work, v, a)
-    nodal_rates(chain, work, s, work.node[TRIAL], False, s)
     link_forces(chain, work)
     out[:] = 0.0
     gather(chain, work, out)
@@ -130,7 +128,7 @@ def stiffness_times(chain, work, y, scale, out):
     """scale * K y into out (n,), at the placed configuration."""
     link, element = chain.link, chain.element
     rows, d, force = work.node[TRIAL], work.node[DISPLACEMENT], work.force
-    planar = chain.index.shape[1] == 3
+    planar = len(chain.dofs) == 3
     nodal_rates(chain, work, y, rows, False, y)
     force[:] = 0.0
     work.wrench[:] = 0.0

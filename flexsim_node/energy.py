@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import planar_beam, rigid_body, spatial_beam
-from .beam import AXIAL, LENGTH, SHEAR_Y, SHEAR_Z, STIFFENING, kernel, squared_slope
+from .beam import AXIAL, LENGTH, SHEAR_Y, SHEAR_Z, STIFFENING, squared_slope
 from .chain import (
     BODIES,
     COUNT,
@@ -25,10 +25,11 @@ from .chain import (
     ROTOR,
     Q,
 )
+from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row, to_child
 
 
-@kernel
+@allocating_kernel
 def quadratic_form(matrix, end, start, b):
     """Half of x^T matrix x for x = (end, start), two nodal rows."""
     total = 0.0
@@ -39,7 +40,7 @@ def quadratic_form(matrix, end, start, b):
     return 0.5 * total
 
 
-@kernel
+@allocating_kernel
 def stiffening_energy(e, p, r):
     """What the mean squared slope adds to the strain energy; p, r are spatial rows (6,)."""
     length = e[LENGTH]
@@ -49,11 +50,11 @@ def stiffening_energy(e, p, r):
     return e[AXIAL] * shortening * (r[0] - p[0] + 0.5 * shortening)
 
 
-@kernel
+@allocating_kernel
 def energy(chain, work, x, v, out):
     """Write kinetic, elastic and gravitational energy (J) into out (3,)."""
     link, joint = chain.link, chain.joint
-    b = chain.index.shape[1]
+    b = len(chain.dofs)
     planar = b == 3
     place(chain, work, x)
     nodal_rates(chain, work, v, work.node[RATE], False, v)

@@ -11,7 +11,7 @@ tip to the base, each link's joint last (the articulated-body idea, with elastic
 from __future__ import annotations
 
 from . import planar_beam, rigid_body, spatial_beam
-from .beam import STIFFENING, kernel
+from .beam import STIFFENING
 from .chain import (
     AXIS,
     BODIES,
@@ -35,6 +35,7 @@ from .chain import (
     Q,
 )
 from .kinematics import spatial_row, to_child, to_parent
+from .kernel import kernel
 
 
 @kernel
@@ -96,113 +97,79 @@ def joint_vectors(chain, work, n, b, phi_column, q_column):
 
 
 @kernel
-def symmetric_times(z, y, out, size):
-    """out = z y for a symmetric z of which the upper triangle is kept."""
+def times(z, y, out, size):
+    """out = z y."""
     for i in range(size):
-        out[i] = 0.0
-    for i in range(size):
-        yi = y[i]
-        total = z[i, i] * yi
-        for k in range(i + 1, size):
+        total = 0.0
+        for k in range(size):
             total += z[i, k] * y[k]
-            out[k] += z[i, k] * yi
-        out[i] += total
+        out[i] = total
 
 
 @kernel
 def rank_one(z, row, scale, size):
-    """z -= scale row row^T, upper triangle."""
+    """z -= scale row row^T."""
     for i in range(size):
         c = scale * row[i]
-        if c != 0.0:
-            for k in range(i, size):
-                z[i, k] -= c * row[k]
+        for k in range(size):
+            z[i, k] -= c * row[k]
 
 
 @kernel
-def block(z, i, j, r):
-    """Copy the 3 x 3 block (i, j), i <= j, of an upper triangle into r (3, 3)."""
-    for m in range(3):
-        for n in range(3):
-            p, q = 3 * i + m, 3 * j + n
-            r[m, n] = z[p, q] if p <= q else z[q, p]
+def turn_rows(f, z, p, columns):
+    """Multiply rows p, p + 1, p + 2 of z by the rotation to the parent."""
+    e = f[ROTATION : ROTATION + 9]
+    for k in range(columns):
+        x, y, u = z[p, k], z[p + 1, k], z[p + 2, k]
+        z[p, k] = e[0] * x + e[1] * y + e[2] * u
+        z[p + 1, k] = e[3] * x + e[4] * y + e[5] * u
+        z[p + 2, k] = e[6] * x + e[7] * y + e[8] * u
+
+
+@kernel
+def lever_rows(z, p, r, l0, l1, l2, columns):
+    """Add to rows r.. (moments) the lever times rows p.. (forces)."""
+    for k in range(columns):
+        x, y, u = z[p, k], z[p + 1, k], z[p + 2, k]
+        z[r, k] += l1 * u - l2 * y
+        z[r + 1, k] += l2 * x - l0 * u
+        z[r + 2, k] += l0 * y - l1 * x
+
+
+@kernel
+def to_parent_rows(chain, work, n, z, b):
+    """Apply the map of forces on (start node, A) of link n to forces on (end node, A) of its parent to rows."""
+    f = work.kept[n]
+    size = 2 * b
+    l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
+    if b == 3:
+        c, h = f[ROTATION], f[ROTATION + 3]
+        for p in (0, 3):
+            for k in range(size):
+                x, y = z[p, k], z[p + 1, k]
+                z[p, k], z[p + 1, k] = c * x - h * y, h * x + c * y
+        for k in range(size):
+            z[5, k] += l0 * z[4, k] - l1 * z[3, k]
+        return
+    for p in range(0, 12, 3):
+        turn_rows(f, z, p, size)
+    lever_rows(z, 6, 9, l0, l1, l2, size)
+    if chain.link[n, KIND] == PRISMATIC:
+        lever_rows(z, 0, 3, l0 - chain.joint[chain.link[n, PARENT], TIP], l1, l2, size)
 
 
 @kernel
 def hand_over(chain, work, n, z, b, s):
-    """Add the symmetric z over (start node, A) of link n to its parent's interface."""
-    link, joint, f = chain.link, chain.joint, work.kept[n]
-    parent = link[n, PARENT]
-    out = work.interface[parent]
-    if b == 3:
-        # E is a plane rotation; the lever lies along the parent's beam
-        c, h = f[ROTATION], f[ROTATION + 3]
-        for i in range(6):
-            if i % 3 == 0:
-                # rows i, i + 1: left multiplication by E on full rows
-                for k in range(6):
-                    x = z[i, k] if i <= k else z[k, i]
-                    y = z[i + 1, k] if i + 1 <= k else z[k, i + 1]
-                    s[i, k] = c * x - h * y
-                    s[i + 1, k] = h * x + c * y
-            elif i % 3 == 2:
-                for k in range(6):
-                    s[i, k] = z[i, k] if i <= k else z[k, i]
-        for i in range(6):
-            for k in range(0, 6, 3):
-                x, y = s[i, k], s[i, k + 1]
-                s[i, k], s[i, k + 1] = c * x - h * y, h * x + c * y
-        l0, l1 = f[LEVER], f[LEVER + 1]
-        for k in range(6):
-            s[5, k] += l0 * s[4, k] - l1 * s[3, k]
-        for i in range(6):
-            s[i, 5] += l0 * s[i, 4] - l1 * s[i, 3]
-        for i in range(6):
-            for k in range(i, 6):
-                out[i, k] += s[i, k]
-        return
-    t = work.scratch[0:3]
-    r = work.scratch[3:6]
-    e = f[ROTATION : ROTATION + 9]
-    for i in range(4):
-        for j in range(i, 4):
-            block(z, i, j, r)
-            for m in range(3):
-                for k in range(3):
-                    t[m, k] = (
-                        e[3 * m] * r[0, k] + e[3 * m + 1] * r[1, k] + e[3 * m + 2] * r[2, k]
-                    )
-            for m in range(3):
-                for k in range(3):
-                    s[3 * i + m, 3 * j + k] = (
-                        t[m, 0] * e[3 * k] + t[m, 1] * e[3 * k + 1] + t[m, 2] * e[3 * k + 2]
-                    )
-    l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
-    shift(s, 6, 9, l0, l1, l2)
-    if link[n, KIND] == PRISMATIC:
-        shift(s, 0, 3, l0 - joint[parent, TIP], l1, l2)
-    for i in range(12):
-        for k in range(i, 12):
+    """Add the symmetric z over (start node, A) of link n to its parent's interface; z is lost."""
+    out = work.interface[chain.link[n, PARENT]]
+    to_parent_rows(chain, work, n, z, b)
+    for i in range(2 * b):
+        for k in range(2 * b):
+            s[i, k] = z[k, i]
+    to_parent_rows(chain, work, n, s, b)
+    for i in range(2 * b):
+        for k in range(2 * b):
             out[i, k] += s[i, k]
-
-
-@kernel
-def shift(s, p, r, l0, l1, l2):
-    """Congruence for a lever: rotations r.. of a symmetric s also move the point p.. by rotation x lever."""
-    size = s.shape[0]
-    for i in range(size):
-        for k in range(i + 1, size):
-            s[k, i] = s[i, k]
-    for k in range(size):
-        x, y, z = s[p, k], s[p + 1, k], s[p + 2, k]
-        s[r, k] += l1 * z - l2 * y
-        s[r + 1, k] += l2 * x - l0 * z
-        s[r + 2, k] += l0 * y - l1 * x
-    for i in range(size):
-        x, y, z = s[i, p], s[i, p + 1], s[i, p + 2]
-        s[i, r] += l1 * z - l2 * y
-        s[i, r + 1] += l2 * x - l0 * z
-        s[i, r + 2] += l0 * y - l1 * x
 
 
 @kernel
@@ -232,16 +199,56 @@ def add_bodies(chain, work, n, i, w, b):
 
 
 @kernel
+def eliminate_node(index, work, i, b):
+    """Eliminate node i from the front, keep its rows; False where a pivot is not positive."""
+    w, size = work.front, 3 * b
+    for p in range(b):
+        row = work.pivot[i * b + p]
+        if index[i, p] < 0:
+            for k in range(size + 1):
+                row[k] = 0.0
+            continue
+        if not w[p, p] > 0.0:
+            return False
+        inverse = 1.0 / w[p, p]
+        for k in range(size):
+            row[k] = w[p, k]
+        row[size] = inverse
+        for j in range(p + 1, b):
+            c = inverse * row[j]
+            for k in range(size):
+                w[j, k] -= c * row[k]
+    # what is left of node before and A, all pivots at once
+    r = work.pivot[i * b : i * b + b]
+    if b == 3:
+        for j in range(b, size):
+            c0, c1, c2 = r[0, j] * r[0, size], r[1, j] * r[1, size], r[2, j] * r[2, size]
+            for k in range(j, size):
+                w[j, k] -= c0 * r[0, k] + c1 * r[1, k] + c2 * r[2, k]
+    else:
+        for j in range(b, size):
+            c0, c1, c2 = r[0, j] * r[0, size], r[1, j] * r[1, size], r[2, j] * r[2, size]
+            c3, c4, c5 = r[3, j] * r[3, size], r[4, j] * r[4, size], r[5, j] * r[5, size]
+            for k in range(j, size):
+                w[j, k] -= (c0 * r[0, k] + c1 * r[1, k] + c2 * r[2, k]) + (
+                    c3 * r[3, k] + c4 * r[4, k] + c5 * r[5, k]
+                )
+    return True
+
+
+@kernel
 def factorize(chain, work):
     """Factorise at the placed configuration; returns 0, or 1 + the link whose pivot is not positive."""
     link, joint = chain.link, chain.joint
     index, dependency = chain.index, chain.dependency
-    b = index.shape[1]
+    b = len(chain.dofs)
     planar = b == 3
     w, d = work.front, work.node[DISPLACEMENT]
     size = 3 * b
     work.interface[:] = 0.0
-    work.kept[:] = work.frame
+    for n in range(work.kept.shape[0]):
+        for k in range(work.kept.shape[1]):
+            work.kept[n, k] = work.frame[n, k]
     phi_column, q_column = work.row[2], work.row[3]
     for n in range(link.shape[0] - 1, -1, -1):
         first, count = link[n, FIRST], link[n, COUNT]
@@ -279,45 +286,30 @@ def factorize(chain, work):
             for p in range(b):
                 if index[i, p] < 0:
                     fold(w, p, dependency[i, p], b, size)
-            for p in range(b):
-                if index[i, p] < 0:
-                    continue
-                pivot = w[p, p]
-                if not pivot > 0.0:
-                    return n + 1
-                row = work.pivot[i * b + p]
-                inverse = 1.0 / pivot
-                row[size] = inverse
-                for k in range(p + 1, size):
-                    row[k] = w[p, k]
-                for j in range(p + 1, size):
-                    c = inverse * row[j]
-                    for k in range(j, size):
-                        w[j, k] -= c * row[k]
+            if not eliminate_node(index, work, i, b):
+                return n + 1
             # the node before moves to the front
             for j in range(b):
                 for k in range(b):
-                    if k >= j:
-                        w[j, k] = w[b + j, b + k]
-                    w[j, 2 * b + k] = w[b + j, 2 * b + k]
+                    w[j, k] = w[b + j, b + k]
                     w[j, b + k] = 0.0
-                    w[b + j, 2 * b + k] = 0.0
-                for k in range(j, b):
-                    w[b + j, b + k] = 0.0
+                    w[j, 2 * b + k] = w[b + j, 2 * b + k]
+                for k in range(size):
+                    w[b + j, k] = 0.0
         if link[n, BODIES] > 0:
             add_bodies(chain, work, n, first, w, b)
-        # (start node, A): pull the two blocks together
+        # (start node, A): pull the two blocks together, both triangles
         z = inside
         for i in range(b):
             for k in range(i, b):
-                z[i, k] = w[i, k]
-                z[b + i, b + k] = w[2 * b + i, 2 * b + k]
+                z[i, k] = z[k, i] = w[i, k]
+                z[b + i, b + k] = z[b + k, b + i] = w[2 * b + i, 2 * b + k]
             for k in range(b):
-                z[i, b + k] = w[i, 2 * b + k]
+                z[i, b + k] = z[b + k, i] = w[i, 2 * b + k]
         if not eliminate_joint(chain, work, n, z, b, phi_column, q_column):
             return n + 1
         if link[n, PARENT] >= 0:
-            hand_over(chain, work, n, z, b, work.front[0 : 2 * b, 0 : 2 * b])
+            hand_over(chain, work, n, z, b, work.square)
     return 0
 
 
@@ -335,12 +327,12 @@ def eliminate_joint(chain, work, n, z, b, phi_column, q_column):
     across = 0.0
     size = 2 * b
     if moves:
-        symmetric_times(z, q_column, row_q, size)
+        times(z, q_column, row_q, size)
         pivot = rotor
         for k in range(size):
             pivot += q_column[k] * row_q[k]
     if has_phi:
-        symmetric_times(z, phi_column, row_phi, size)
+        times(z, phi_column, row_phi, size)
         own = rotor
         for k in range(size):
             own += phi_column[k] * row_phi[k]
@@ -369,7 +361,7 @@ def solve(chain, work, rhs, out):
     """Solve for out (n,) with the factors at hand; rhs (n,) is kept.  Held joints get zero."""
     link = chain.link
     index, dependency = chain.index, chain.dependency
-    b = index.shape[1]
+    b = len(chain.dofs)
     planar = b == 3
     size = 3 * b
     load, answer = work.load, work.answer
@@ -395,7 +387,7 @@ def solve(chain, work, rhs, out):
                 row = work.pivot[i * b + p]
                 y = (f[p] + rhs[index[i, p]]) * row[size]
                 out[index[i, p]] = y
-                for k in range(p + 1, size):
+                for k in range(size):
                     f[k] -= row[k] * y
             for k in range(b):
                 f[k] = f[b + k]

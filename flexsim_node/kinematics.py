@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .beam import kernel
+from .kernel import kernel
 from .chain import (
     ACCELERATION,
     ANGLE,
@@ -72,7 +72,7 @@ def to_parent(f, r):
 def own_nodes(chain, first, count, y, rows):
     """Fill the nodal rows of a link after its start from the unknowns y and the dependencies."""
     index, dependency = chain.index, chain.dependency
-    b = index.shape[1]
+    b = len(chain.dofs)
     for i in range(first + 1, first + count + 1):
         dependent = False
         for k in range(b):
@@ -108,7 +108,7 @@ def place(chain, work, x):
     """Frames and nodal displacements at the unknowns x."""
     link, joint, rotation, frame = chain.link, chain.joint, chain.rotation, work.frame
     d = work.node[DISPLACEMENT]
-    planar = chain.index.shape[1] == 3
+    planar = len(chain.dofs) == 3
     for n in range(link.shape[0]):
         f, a = frame[n], joint[n, AXIS : AXIS + 3]
         kind, parent, first = link[n, KIND], link[n, PARENT], link[n, FIRST]
@@ -158,7 +158,7 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
     With `quadratic` the terms that are quadratic in the rates v are added: the rows are accelerations then.
     """
     link, joint, frame = chain.link, chain.joint, work.frame
-    planar = chain.index.shape[1] == 3
+    planar = len(chain.dofs) == 3
     r, w = work.row[0, 0:6], work.row[0, 6:12]
     for n in range(link.shape[0]):
         f, a = frame[n], joint[n, AXIS : AXIS + 3]
@@ -265,7 +265,7 @@ def gather(chain, work, out):
     link, joint, frame = chain.link, chain.joint, work.frame
     force, wrench = work.force, work.wrench
     index, dependency = chain.index, chain.dependency
-    b = index.shape[1]
+    b = len(chain.dofs)
     planar = b == 3
     r, w = work.row[0, 0:6], work.row[0, 6:12]
     for n in range(link.shape[0] - 1, -1, -1):

@@ -304,6 +304,7 @@ def build_model(scene: Scene, planar: bool | None = None) -> Model:
     gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
     damping = scene.damping if effects.damping else None
     chain = Chain(
+        dofs=tuple(dofs),
         link=link_table,
         joint=joint_table,
         rotation=rotation,
@@ -318,7 +319,7 @@ def build_model(scene: Scene, planar: bool | None = None) -> Model:
         place=np.array(places),
         setting=np.array([*gravity, damping.alpha if damping else 0.0, damping.beta if damping else 0.0]),
     )
-    for array in chain:
+    for array in chain[1:]:
         array.setflags(write=False)
     model = Model(
         scene=scene,

@@ -19,9 +19,9 @@ def mass_and_stiffness(model: Model, x: np.ndarray) -> tuple[np.ndarray, np.ndar
     work, torque = workspace(model.chain), np.zeros(model.joints)
     zero, base, column = np.zeros(n), np.zeros(n), np.zeros(n)
     mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
-    residual(model.chain, work, x, zero, zero, zero, torque, base)
+    residual(model.chain, work, x, zero, zero, torque, base)
     for k, unit in enumerate(np.eye(n)):
-        residual(model.chain, work, x, zero, unit, zero, torque, column)
+        residual(model.chain, work, x, zero, unit, torque, column)
         mass[:, k] = base - column
     place(model.chain, work, x)
     for k, unit in enumerate(np.eye(n)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .beam import kernel
+from .kernel import kernel
 from .chain import COUNT, DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
 from .kinematics import place, spatial_row
 
@@ -16,7 +16,7 @@ def observe(chain, work, axes, x, position, rigid_position, displacement, pose):
     pose (L, 12) gets each body frame's origin and rotation (row-wise) in the base frame.
     """
     link, frame = chain.link, work.frame
-    planar = chain.index.shape[1] == 3
+    planar = len(chain.dofs) == 3
     place(chain, work, x)
     d = work.node[DISPLACEMENT]
     r = work.row[0, 0:6]

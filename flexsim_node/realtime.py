@@ -305,6 +305,8 @@ class Loop:
         begin = time.monotonic_ns()
         robot = self.robot
         robot.command(torque)
+        if self._taken == 0:
+            robot.prepare()  # the first acceleration is that of the first torque
         for _ in range(self.steps):
             before = time.monotonic_ns()
             if robot.step() != OK:

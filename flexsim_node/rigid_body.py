@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .beam import kernel
+from .kernel import kernel
 
 
 def pseudo_inertia(mass: float, center: np.ndarray, inertia: np.ndarray) -> np.ndarray:

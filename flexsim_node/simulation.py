@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .acceleration import OK, REASONS
+from .binding import STEPPERS, bind
 from .chain import FIXED, KIND, workspace
 from .energy import energy
 from .integrators import METHODS
@@ -41,7 +42,8 @@ class Simulation:
         self.view = Observation(self.model)
         self.energies = np.zeros(3)
         self.method = scene.solver.method
-        self.advance = METHODS[self.method].step if self.method in METHODS else None
+        self.advance = STEPPERS.get(self.method)
+        self._bound = bind(self.model.chain, self.work, self.x, self.v, self.torque, self.motion)
         self.option = scene.solver.spectral_radius
         self._turns = np.flatnonzero(self.model.turn >= 0)
         self.time = 0.0
@@ -67,7 +69,13 @@ class Simulation:
         start = getattr(METHODS.get(self.method), "start", None)
         if start is not None:
             self.status = start(
-                self.model.chain, self.work, self.x, self.v, self.torque[0], self.motion[0]
+                self.model.chain,
+                self.work,
+                self.x,
+                self.v,
+                self.torque[0],
+                self.motion[0],
+                self.step_size,
             )
 
     def warm(self) -> None:
@@ -88,16 +96,7 @@ class Simulation:
 
     def step(self) -> int:
         """Advance by one step with the torque and motion at hand.  Returns the status."""
-        self.status = self.advance(
-            self.model.chain,
-            self.work,
-            self.x,
-            self.v,
-            self.torque,
-            self.motion,
-            self.step_size,
-            self.option,
-        )
+        self.status = self.advance(self._bound, self.step_size, self.option)
         if self.status == OK:
             self.time += self.step_size
         return self.status

@@ -24,11 +24,11 @@ from .beam import (
     hermite,
     hermite_mass,
     hermite_transpose,
-    kernel,
     middle_rotation,
     quadratic_mass,
     squared_slope,
 )
+from .kernel import kernel
 
 
 @kernel

@@ -46,7 +46,7 @@ def rest_shape(model: Model, position: np.ndarray) -> np.ndarray:
     set_scale(model.chain, work, weight, 0.0)
     best = np.inf
     for _ in range(ITERATIONS):
-        residual(model.chain, work, x, zero, zero, zero, np.zeros(m), rhs)
+        residual(model.chain, work, x, zero, zero, np.zeros(m), rhs)
         place(model.chain, work, x)
         if n == m or factorize(model.chain, work) != 0:
             break
@@ -77,7 +77,7 @@ def static_equilibrium(scene: Scene, position: np.ndarray | list[float]) -> Stat
     q = check_position(scene, position, m)
     x = rest_shape(model, q)
     work, rhs, zero = workspace(model.chain), np.zeros(n), np.zeros(n)
-    residual(model.chain, work, x, zero, zero, zero, np.zeros(m), rhs)
+    residual(model.chain, work, x, zero, zero, np.zeros(m), rhs)
     view = Observation(model)
     view.look(work, x)
     return StaticEquilibrium(-rhs[:m], view.displacement, view.position, view.link_end)

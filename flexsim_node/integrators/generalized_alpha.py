@@ -7,7 +7,7 @@ the end's acceleration; `option` is the spectral radius at infinite frequency.
 from __future__ import annotations
 
 from ..acceleration import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, acceleration, drive_joints, finite
-from ..beam import kernel
+from ..kernel import kernel
 from ..chain import BETA
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
@@ -17,7 +17,7 @@ ITERATIONS = 12
 
 
 @kernel
-def start(chain, work, x, v, torque, motion):
+def start(chain, work, x, v, torque, motion, h):
     """Set the method's memory, the acceleration, from a state.  Returns a status."""
     a = work.memory
     drive_joints(chain, work, motion, x, v, a)
@@ -57,9 +57,7 @@ def step(chain, work, x, v, torque, motion, h, option):
             vm[i] = (1.0 - f) * ve[i] + f * v[i]
             am[i] = (1.0 - m) * an[i] + m * a[i]
         between(torque, f, mean)
-        for i in range(n):
-            da[i] = damped * vm[i]
-        residual(chain, work, xm, vm, am, da, mean, rhs)
+        residual(chain, work, xm, vm, am, mean, rhs)
         if iteration == 0 and factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)

@@ -1,4 +1,4 @@
-"""Two-stage W-method: two linear solves a step, no iteration, L-stable, second order.
+"""Two-stage W-method: two linear solves a step, L-stable, second order.
 
 The tableau is the stiffly accurate SDIRK method with gamma = 1 - 1/sqrt(2) (Alexander, SIAM J. Numer. Anal. 14
 (1977) 1006), whose stability function is that of the Rosenbrock method ROS2.  For v' = M(x)^-1 f(x, v):
@@ -21,45 +21,78 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..acceleration import NOT_FINITE, OK, SINGULAR, acceleration, drive_joints, finite
-from ..beam import kernel
+from ..acceleration import (
+    NOT_CONVERGED,
+    NOT_FINITE,
+    OK,
+    SINGULAR,
+    drive_joints,
+    finite,
+)
+from ..kernel import kernel
 from ..chain import ALPHA, BETA
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
 
 GAMMA = 1.0 - 1.0 / sqrt(2.0)
 ORDER = 2
+NEWTON_STEPS = 10
+SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no further Newton step
 
 
 @kernel
-def start(chain, work, x, v, torque, motion):
-    """Set the method's memory, the acceleration, from a state.  Returns a status."""
-    a = work.memory
-    drive_joints(chain, work, motion, x, v, a)
-    return acceleration(chain, work, x, v, torque, a)
+def choose_matrix(chain, work, h):
+    """Set the stages' matrix, M + gamma h C + gamma^2 h^2 K, for a step h."""
+    gh = GAMMA * h
+    scale = gh * (chain.setting[BETA] + gh) / (1.0 + gh * chain.setting[ALPHA])
+    if work.scale[0] != scale or work.scale[1] != gh:
+        set_scale(chain, work, scale, gh)
 
 
 @kernel
 def stage(chain, work, x, v, torque, motion, gh, a):
-    """Correct a stage's acceleration a by one Newton step; x, v (predicted with a) are corrected with it."""
-    s, rhs, da = work.vector[0], work.vector[1], work.vector[2]
-    beta = chain.setting[BETA]
-    drive_joints(chain, work, motion, x, v, a)
-    for i in range(x.size):
-        s[i] = beta * v[i]
-    residual(chain, work, x, v, a, s, torque, rhs)
-    if factorize(chain, work) != 0:
-        return SINGULAR
-    solve(chain, work, rhs, da)
-    # alpha M acts on the elastic rates alone: the same matrix with the elastic columns scaled
+    """Correct a stage's acceleration a by Newton steps; x, v (predicted with a) are corrected with it.
+
+    One step does for motion that the predictor follows; where a torque jumps, more are taken.
+    """
+    rhs, da = work.vector[1], work.vector[2]
     damped = 1.0 / (1.0 + gh * chain.setting[ALPHA])
     m = torque.size
+    drive_joints(chain, work, motion, x, v, a)
+    for _ in range(NEWTON_STEPS):
+        residual(chain, work, x, v, a, torque, rhs)
+        if factorize(chain, work) != 0:
+            return SINGULAR
+        solve(chain, work, rhs, da)
+        size = 0.0
+        for i in range(x.size):
+            # alpha M acts on the elastic rates alone: the same matrix with the elastic columns scaled
+            correction = da[i] if i < m else damped * da[i]
+            a[i] += correction
+            v[i] += gh * correction
+            x[i] += gh * gh * correction
+            size = max(size, abs(gh * gh * correction))
+        if size < SMALL:
+            return OK
+        if not size < 1e6:
+            return NOT_FINITE
+    return NOT_CONVERGED
+
+
+@kernel
+def start(chain, work, x, v, torque, motion, h):
+    """Set what the method keeps from step to step, the acceleration.  Returns a status.
+
+    It is that of a first stage: the true one swings with the highest frequencies after a jump of torque.
+    """
+    x1, v1, a = work.vector[3], work.vector[4], work.memory
+    gh = GAMMA * h
+    choose_matrix(chain, work, h)
     for i in range(x.size):
-        step = da[i] if i < m else damped * da[i]
-        a[i] += step
-        v[i] += gh * step
-        x[i] += gh * gh * step
-    return OK
+        a[i] = 0.0
+        v1[i] = v[i]
+        x1[i] = x[i] + gh * v[i]
+    return stage(chain, work, x1, v1, torque, motion, gh, a)
 
 
 @kernel
@@ -71,16 +104,14 @@ def step(chain, work, x, v, torque, motion, h, option):
     x1, v1, x2, v2, a = work.vector[3], work.vector[4], work.vector[5], work.vector[6], work.vector[7]
     n = x.size
     gh, rest = GAMMA * h, (1.0 - GAMMA) * h
-    beta = chain.setting[BETA]
-    scale = gh * (beta + gh) / (1.0 + gh * chain.setting[ALPHA])
-    if work.scale[0] != scale or work.scale[1] != gh:
-        set_scale(chain, work, scale, gh)
+    choose_matrix(chain, work, h)
+    between(torque, motion, GAMMA, work)
     for i in range(n):
         a[i] = work.memory[i]
+    for i in range(n):
         v1[i] = v[i] + gh * a[i]
         x1[i] = x[i] + gh * v1[i]
-    between(torque, motion, GAMMA, work)
-    status = stage(chain, work, x1, v1, work.drive[0, 0], work.drive[0, 1:], gh, a)
+    status = stage(chain, work, x1, v1, work.drive[0], work.drive[1:], gh, a)
     if status != OK:
         return status
     for i in range(n):
@@ -105,7 +136,7 @@ def between(torque, motion, at, work):
     p = 2.0 * (at - 0.5) * (at - 1.0)
     q = 4.0 * at * (1.0 - at)
     r = 2.0 * at * (at - 0.5)
-    drive = work.drive[0]
+    drive = work.drive
     for k in range(torque.shape[1]):
         drive[0, k] = p * torque[0, k] + q * torque[1, k] + r * torque[2, k]
         for i in range(3):

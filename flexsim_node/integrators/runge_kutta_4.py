@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..acceleration import NOT_FINITE, OK, acceleration, drive_joints, finite
-from ..beam import kernel
+from ..kernel import kernel
 
 ORDER = 4
 
