@@ -9,7 +9,7 @@ from .chain import workspace
 from .dynamics import residual, stiffness_times
 from .kinematics import place
 from .model import Model, build_model
-from .scene import Scene
+from .scene import Erls, Scene
 from .statics import check_position
 
 
@@ -42,6 +42,8 @@ def natural_frequencies(
 
     Bending, torsion and extension in space count, also where the scene's motion is planar; gravity does not.
     """
+    # with `root` the joints' coordinates are the motors' angles, which is what is locked
+    scene = scene.model_copy(update={"erls": Erls(zeroed="root")})
     model = build_model(scene, planar=False)
     m = model.joints
     x = np.zeros(model.unknowns)
