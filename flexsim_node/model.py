@@ -404,6 +404,8 @@ def listed_directions(scene: Scene, found: list[dict[tuple[int, int], np.ndarray
                 )
             if link.joint.type != "revolute":
                 raise SceneError(f"{where}: {link.name} has no revolute joint; leave it out")
+            if (0, 5) in found[n]:
+                raise SceneError(f"{where}: is listed twice; give one dof a joint")
             found[n][0, 5] = np.zeros(6)
             continue
         if link.beam is None or not link.flexible:
