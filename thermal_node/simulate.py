@@ -9,11 +9,11 @@ import numpy as np
 
 from .conduction import Array
 from .criteria import Criteria, Criterion, FurnaceTolerance
-from .furnace import CURVES
+from .furnace import CURVES, Measured
 from .heat import Heat, HeatBalance
 from .model import DoorModel, door_model
 from .probes import probes_of, unexposed_maximum, unexposed_mean
-from .scene import Scene
+from .scene import Scene, SceneError
 from .status import Status
 from .steady import steady_state
 
@@ -68,9 +68,10 @@ def simulate(
     Raises
     ------
     SceneError
-        Where the furnace's log can't be used.
+        Where the furnace's log can't be used, or ends before the test does.
     """
     model = door_model(scene)
+    _log_lasts(model, duration)
     steady = scene.solver.model == "steady"
     heat = steady_state(model, duration) if steady else Heat(model)
     probes = probes_of(model)
@@ -128,6 +129,16 @@ def simulate(
     )
     run.verdict = criteria.verdict("" if run.status.ok else run.status.reason)
     return run
+
+
+def _log_lasts(model: DoorModel, duration: float) -> None:
+    """Refuse a test that is longer than the measured furnace's log and what may be bridged."""
+    furnace, gap = model.furnace, model.scene.furnace.longest_gap
+    if isinstance(furnace, Measured) and duration > furnace.time[-1] + gap:
+        raise SceneError(
+            f"{model.scene.source}: furnace: its log ends at {furnace.time[-1]:g} s, the test lasts"
+            f" {duration:g} s; give a longer log, or a test of at most {furnace.time[-1] + gap:g} s"
+        )
 
 
 def _deflections(

@@ -92,6 +92,14 @@ def test_measured_furnace_with_a_hole_is_refused(time, temperature, said):
         simulate(load_scene(scene), 60.0)
 
 
+def test_a_log_that_ends_before_the_test_is_refused():
+    furnace = {"curve": "measured", "time": [0.0, 50.0, 100.0], "temperature": [20.0, 300.0, 400.0]}
+    scene = load_scene(door(furnace=furnace, solver={"model": "column"}))
+    assert simulate(scene, 160.0).status.ok  # 60 s beyond: bridged by its last value
+    with pytest.raises(SceneError, match="its log ends at 100 s, the test lasts 600 s"):
+        simulate(scene, 600.0)
+
+
 def test_measured_furnace_from_a_file_bridges_short_gaps(tmp_path):
     log = tmp_path / "log.csv"
     log.write_text("time_s,furnace_c\n0,20\n30,\n60,120\n90,nan\n120,220\n")
