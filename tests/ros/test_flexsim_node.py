@@ -178,8 +178,10 @@ def test_a_solver_in_trouble_stops_with_the_reason(tmp_path: Path) -> None:
         assert "its last good state is published on" in arm.process.errors.read_text()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("mode", ["realtime", "fast", "lockstep"])
+@pytest.mark.parametrize(
+    ("mode", "number"),
+    [("realtime", signal.SIGINT), ("fast", signal.SIGTERM), ("lockstep", signal.SIGTERM)],
+)
 def test_signals_end_it(tmp_path: Path, mode: str, number: signal.Signals) -> None:
     """Ctrl-C and a launcher's SIGTERM end it with code 0 and without a traceback."""
     node = Background(words(mode=mode), ros_environment(), tmp_path)

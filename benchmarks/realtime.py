@@ -1,0 +1,220 @@
+"""How well flexsim_node keeps time: `python benchmarks/realtime.py [--duration 60] [--json]`.
+
+The node steps the anthropomorphic robot at 1 kHz.  Fifty times a second a command is sent to it,
+and fifty times a second one to a bare rclpy node that answers at once: the latency of both is the
+time from before the call that sends to the arrival of the answer, as the middleware notes it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+import tempfile
+import time
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from flexsim.terminal.stop import stopped_by_signals
+from flexsim.trial.processes import NODE, own_domain, processes
+
+SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic.yaml"
+PERIOD = 0.02  # s between commands
+STARTED = 180.0
+PACKAGES = ("numpy", "numba", "ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp")
+
+
+def echo() -> None:
+    """Answer each command with a joint state, and do nothing else."""
+    import rclpy
+    from rclpy.executors import ExternalShutdownException
+    from rclpy.experimental import EventsExecutor
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Float64MultiArray
+
+    rclpy.init()
+    node = rclpy.create_node("echo")
+    answers = node.create_publisher(JointState, "~/joint_states", 10)
+
+    def answer(command: Float64MultiArray) -> None:
+        answers.publish(
+            JointState(position=command.data, velocity=command.data, effort=command.data)
+        )
+
+    node.create_subscription(Float64MultiArray, "~/commands", answer, 10)
+    executor = EventsExecutor()
+    executor.add_node(node)
+    print("ready", file=sys.stderr, flush=True)
+    try:
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=0.1)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+
+
+class Probe:
+    """Sends commands to one node and looks for them in its answers."""
+
+    def __init__(self, node: Any, name: str, states: str) -> None:
+        from rclpy.qos import QoSProfile
+        from sensor_msgs.msg import JointState
+        from std_msgs.msg import Float64MultiArray
+
+        self.kind, self.command = JointState, Float64MultiArray
+        self.commands = node.create_publisher(Float64MultiArray, f"{name}/commands", 10)
+        self.states = node.create_subscription(
+            JointState, states, lambda _: None, QoSProfile(depth=2000)
+        )
+        self.sent: dict[float, int] = {}
+        self.latency: list[int] = []
+        self.stamps: list[tuple[int, int]] = []
+
+    def send(self, number: int) -> None:
+        """Send a command that can be told from all others."""
+        value = 1e-9 * (number + 1)
+        self.sent[value] = time.time_ns()
+        self.commands.publish(self.command(data=[value, 0.0, 0.0]))
+
+    def take(self) -> None:
+        """Look at what has come in."""
+        with self.states.handle:
+            while (taken := self.states.handle.take_message(self.kind, False)) is not None:
+                message, about = taken
+                stamp = message.header.stamp
+                arrival = about["received_timestamp"]
+                self.stamps.append((stamp.sec * 10**9 + stamp.nanosec, arrival))
+                begun = self.sent.pop(message.effort[0], None)
+                if begun is not None:
+                    self.latency.append(arrival - begun)
+
+
+def measure(duration: float) -> dict[str, Any]:
+    """Run node and echo side by side."""
+    environment = own_domain()
+    os.environ.update(ROS_DOMAIN_ID=environment["ROS_DOMAIN_ID"])
+    from flexsim.ros.context import tool_node
+
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        stopped_by_signals() as stopped,
+        processes(Path(folder), environment, stopped) as trial,
+    ):
+        parameters = ["--ros-args", "-p", f"scene:={SCENE}", "-p", "wait_for_command:=true"]
+        robot = trial.start("flexsim_node", [*NODE, *parameters])
+        other = trial.start("echo", [sys.executable, __file__, "--echo"])
+        trial.wait_until_said(robot, "kernels ready", timeout=STARTED)
+        trial.wait_until_said(other, "ready", timeout=STARTED)
+        with tool_node("realtime_benchmark") as node:
+            ours = Probe(node, "flexsim_node", "joint_states")
+            bare = Probe(node, "echo", "echo/joint_states")
+            while not (
+                ours.commands.get_subscription_count() and bare.commands.get_subscription_count()
+            ):
+                trial.check()
+                time.sleep(0.1)
+            begun = time.monotonic()
+            number = 0
+            while time.monotonic() - begun < duration:
+                trial.check()
+                if time.monotonic() - begun > number * PERIOD / 2.0:
+                    (bare if number % 2 else ours).send(number)
+                    number += 1
+                time.sleep(2e-4)
+                ours.take()
+                bare.take()
+            memory = status(robot.pid)
+            said = last_diagnostics(node)
+        trial.end(robot)
+        trial.end(other)
+    stamps = np.array([s for s in ours.stamps if s[0] > 1])
+    second = int(np.searchsorted(stamps[:, 0], 10**9))  # past the start
+    simulated, elapsed = stamps[-1] - stamps[second]
+    return {
+        "duration": duration,
+        "real_time_factor": float(simulated / elapsed),
+        "ticks": int(said["ticks"]),
+        "overruns": int(said["overruns"]),
+        "lost_time": float(said["lost time, s"]),
+        "real_time_priority": said["real-time priority"],
+        **{f"{k} p99": 1e-6 * float(said[f"{k} p99, µs"])
+           for k in ("step time", "tick time", "lateness")},
+        "step time p50": 1e-6 * float(said["step time p50, µs"]),
+        "step time worst": 1e-6 * float(said["step time worst, µs"]),
+        "lateness worst": 1e-6 * float(said["lateness worst, µs"]),
+        "latency": quantiles(ours.latency),
+        "echo_latency": quantiles(bare.latency),
+        "memory": memory["VmRSS"],
+        "memory_peak": memory["VmHWM"],
+        "machine": machine(),
+    }  # fmt: skip
+
+
+def quantiles(latency: list[int]) -> dict[str, float]:
+    """Return p50 and p99, s."""
+    p50, p99 = np.quantile(np.array(latency) * 1e-9, [0.5, 0.99])
+    return {"samples": len(latency), "p50": float(p50), "p99": float(p99)}
+
+
+def last_diagnostics(node: Any) -> dict[str, str]:
+    """Wait for the next diagnostics and return their values."""
+    from diagnostic_msgs.msg import DiagnosticArray
+
+    heard = node.create_subscription(DiagnosticArray, "/diagnostics", lambda _: None, 10)
+    while True:
+        with heard.handle:
+            taken = heard.handle.take_message(DiagnosticArray, False)
+        if taken is not None:
+            return {p.key: p.value for status in taken[0].status for p in status.values}
+        time.sleep(0.05)
+
+
+def status(pid: int) -> dict[str, int]:
+    """Return a process's memory, bytes."""
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    words = [line.replace(":", " ").split() for line in lines]
+    return {w[0]: 1024 * int(w[1]) for w in words if w[0] in ("VmRSS", "VmHWM")}
+
+
+def machine() -> dict[str, str]:
+    """Return what the figures were measured on."""
+    info = Path("/proc/cpuinfo").read_text().splitlines()
+    names = [line.partition(":")[2].strip() for line in info if line.startswith("model name")]
+    return {
+        "processor": f"{names[0] if names else platform.machine()}, {os.cpu_count()} cores",
+        "load": " ".join(f"{x:.1f}" for x in os.getloadavg()),
+        "system": f"{platform.system()} {platform.release()}, Python {platform.python_version()}",
+        **{name: version(name) for name in PACKAGES},
+    }
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--duration", type=float, default=60.0, help="s")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.echo:
+        return echo()
+    found = measure(arguments.duration)
+    if arguments.json:
+        print(json.dumps(found, indent=2))
+        return
+    for name, value in found.pop("machine").items():
+        print(f"{name:28} {value}")
+    for name, value in found.items():
+        if isinstance(value, dict):
+            value = f"p50 {1e6 * value['p50']:.0f} µs, p99 {1e6 * value['p99']:.0f} µs"
+        elif "time p" in name or "time worst" in name or "lateness" in name:
+            value = f"{1e6 * value:.1f} µs"
+        elif "memory" in name:
+            value = f"{value / 1e6:.0f} MB"
+        print(f"{name.replace('_', ' '):28} {value}")
+
+
+if __name__ == "__main__":
+    main()
