@@ -14,7 +14,8 @@ from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError
 
-from .schema import Misplaced, Scene, keys_beside
+from .quantities import Misplaced
+from .schema import Scene, keys_beside
 
 __all__ = ["Scene", "SceneError", "changed", "load_scene"]
 

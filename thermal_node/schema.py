@@ -6,11 +6,9 @@ Loading and the wording of refusals are in scene.py. Numbers are SI, temperature
 from __future__ import annotations
 
 import difflib
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -18,59 +16,25 @@ from pydantic import (
     model_validator,
 )
 
+from .quantities import (
+    Ambient,
+    Count,
+    Density,
+    Emissivity,
+    FilmCoefficient,
+    Fraction,
+    Misplaced,
+    NotNegative,
+    Number,
+    Position,
+    Positive,
+    Size,
+    Temperature,
+    Thickness,
+    between,
+    number,
+)
 
-class Misplaced(ValueError):
-    """A refusal of one key, found where several keys are seen together."""
-
-    def __init__(self, path: tuple[str | int, ...], message: str) -> None:
-        super().__init__(message)
-        self.path = path
-
-
-def _number(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        hint = " (a number without its unit: SI, and °C)" if isinstance(value, str) else ""
-        raise ValueError(f"is {value!r}; give a number{hint}")
-    if not math.isfinite(value):
-        raise ValueError(f"is {value!r}; give a finite number")
-    return float(value)
-
-
-def _between(low: float, high: float, unit: str, advice: str = "", open_low: bool = False) -> Any:
-    def check(value: float) -> float:
-        if not low <= value <= high or (open_low and value == low):
-            bracket = "more than" if open_low else "at least"
-            upper = "" if math.isinf(high) else f" and at most {high:g}"
-            raise ValueError(
-                f"is {value:g}; give {bracket} {low:g}{upper} {unit}".rstrip()
-                + (f" ({advice})" if advice else "")
-            )
-        return value
-
-    return AfterValidator(check)
-
-
-Number = Annotated[float, BeforeValidator(_number)]
-Thickness = Annotated[Number, _between(0.0, 2.0, "m", "metres, not millimetres", open_low=True)]
-Size = Annotated[Number, _between(0.0, 30.0, "m", "metres, not millimetres", open_low=True)]
-Position = Annotated[Number, _between(-30.0, 30.0, "m", "metres, not millimetres")]
-Density = Annotated[Number, _between(0.5, 3e4, "kg/m3", "steel has 7850 kg/m3, not 7.85 g/cm3")]
-FilmCoefficient = Annotated[Number, _between(0.0, 1e6, "W/(m2 K)")]
-Emissivity = Annotated[Number, _between(0.0, 1.0, "")]
-Temperature = Annotated[Number, _between(-273.15, 3000.0, "°C")]
-Ambient = Annotated[Number, _between(-100.0, 200.0, "°C", "degrees Celsius, not kelvin")]
-Positive = Annotated[Number, _between(0.0, math.inf, "", open_low=True)]
-NotNegative = Annotated[Number, _between(0.0, math.inf, "")]
-Fraction = Annotated[Number, _between(0.0, 1.0, "")]
-
-
-def _count(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 2000:
-        raise ValueError(f"is {value!r}; give a whole number from 1 to 2000")
-    return value
-
-
-Count = Annotated[int, BeforeValidator(_count)]
 Series = tuple[Number, ...]
 
 
@@ -146,7 +110,7 @@ class MaterialPart(Part):
     specific_heat: AnyProperty | None = None
     conductivity: AnyProperty | None = None
     youngs_modulus: AnyProperty | None = None
-    poissons_ratio: Annotated[Number, _between(-0.5, 0.49, "")] | None = None
+    poissons_ratio: Annotated[Number, between(-0.5, 0.49, "")] | None = None
     elongation: AnyProperty | None = None
 
     @model_validator(mode="after")
@@ -283,10 +247,10 @@ class MeshPart(Part):
 def _step(value: Any) -> Any:
     if value is None or value == "auto":
         return None
-    number = _number(value)
-    if number <= 0.0:
+    step = number(value)
+    if step <= 0.0:
         raise ValueError(f"is {value}; give more than 0 s, or auto")
-    return number
+    return step
 
 
 class SolverPart(Part):
@@ -314,7 +278,7 @@ class Point(Part):
 
     x: Position = 0.0
     y: Position = 0.0
-    z: Annotated[Number, _between(0.0, 2.0, "m", "metres, not millimetres")] | None = None
+    z: Annotated[Number, between(0.0, 2.0, "m", "metres, not millimetres")] | None = None
 
 
 class ProbesPart(Part):

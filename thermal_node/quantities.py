@@ -1,0 +1,66 @@
+"""The quantities of a scene: what is possible, and what is only plausible in other units."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator
+
+
+class Misplaced(ValueError):
+    """A refusal of one key, found where several keys are seen together."""
+
+    def __init__(self, path: tuple[str | int, ...], message: str) -> None:
+        super().__init__(message)
+        self.path = path
+
+
+def number(value: Any) -> Any:
+    """A finite number as it stands, without its unit."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        hint = " (a number without its unit: SI, and °C)" if isinstance(value, str) else ""
+        raise ValueError(f"is {value!r}; give a number{hint}")
+    if not math.isfinite(value):
+        raise ValueError(f"is {value!r}; give a finite number")
+    return float(value)
+
+
+def between(low: float, high: float, unit: str, advice: str = "", open_low: bool = False) -> Any:
+    """A check of a number's range, in words."""
+
+    def check(value: float) -> float:
+        if not low <= value <= high or (open_low and value == low):
+            bracket = "more than" if open_low else "at least"
+            upper = "" if math.isinf(high) else f" and at most {high:g}"
+            raise ValueError(
+                f"is {value:g}; give {bracket} {low:g}{upper} {unit}".rstrip()
+                + (f" ({advice})" if advice else "")
+            )
+        return value
+
+    return AfterValidator(check)
+
+
+Number = Annotated[float, BeforeValidator(number)]
+Thickness = Annotated[Number, between(0.0, 2.0, "m", "metres, not millimetres", open_low=True)]
+Size = Annotated[Number, between(0.0, 30.0, "m", "metres, not millimetres", open_low=True)]
+Position = Annotated[Number, between(-30.0, 30.0, "m", "metres, not millimetres")]
+Density = Annotated[Number, between(0.5, 3e4, "kg/m3", "steel has 7850 kg/m3, not 7.85 g/cm3")]
+FilmCoefficient = Annotated[Number, between(0.0, 1e6, "W/(m2 K)")]
+Emissivity = Annotated[Number, between(0.0, 1.0, "")]
+Temperature = Annotated[Number, between(-273.15, 3000.0, "°C")]
+Ambient = Annotated[Number, between(-100.0, 200.0, "°C", "degrees Celsius, not kelvin")]
+Positive = Annotated[Number, between(0.0, math.inf, "", open_low=True)]
+NotNegative = Annotated[Number, between(0.0, math.inf, "")]
+Fraction = Annotated[Number, between(0.0, 1.0, "")]
+
+
+def count(value: Any) -> Any:
+    """A whole number from 1."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 2000:
+        raise ValueError(f"is {value!r}; give a whole number from 1 to 2000")
+    return value
+
+
+Count = Annotated[int, BeforeValidator(count)]
