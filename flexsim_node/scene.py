@@ -1,4 +1,4 @@
-"""Scene files: YAML in, a checked and immutable `Scene` out, every refusal with file, line and remedy."""
+"""Scene files: YAML in, a checked and immutable `Scene` out; refusals say file, line and remedy."""
 
 from __future__ import annotations
 
@@ -25,9 +25,17 @@ class SceneError(ValueError):
     """A scene that can't be simulated: FILE:LINE: key: what is wrong; what would be right."""
 
 
+class _Misplaced(ValueError):
+    """A complaint about a key below the part that is being checked."""
+
+    def __init__(self, path: tuple[str | int, ...], message: str) -> None:
+        super().__init__(message)
+        self.path = path
+
+
 def _number(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        hint = " (a number without its unit; SI units are understood)" if isinstance(value, str) else ""
+        hint = " (without its unit; SI units are understood)" if isinstance(value, str) else ""
         raise ValueError(f"is {value!r}; give a number{hint}")
     if not math.isfinite(value):
         raise ValueError(f"is {value!r}; give a finite number")
@@ -38,8 +46,9 @@ def _between(low: float, high: float, unit: str, advice: str = "", open_low: boo
     def check(value: float) -> float:
         if value > high or value < low or (open_low and value <= low):
             bracket = "more than" if open_low else "at least"
+            most = f" and at most {high:g}" if math.isfinite(high) else ""
             raise ValueError(
-                f"is {value:g}; give {bracket} {low:g} and at most {high:g} {unit}".rstrip()
+                f"is {value:g}; give {bracket} {low:g}{most} {unit}".rstrip()
                 + (f" ({advice})" if advice else "")
             )
         return value
@@ -48,11 +57,11 @@ def _between(low: float, high: float, unit: str, advice: str = "", open_low: boo
 
 
 Number = Annotated[float, BeforeValidator(_number)]
-Length = Annotated[Number, _between(-1e3, 1e3, "m", "metres, not millimetres")]
+Length = Annotated[Number, _between(-1e2, 1e2, "m", "metres, not millimetres")]
 Angle = Annotated[Number, _between(-4 * math.pi, 4 * math.pi, "rad", "radians, not degrees")]
 Side = Annotated[Number, _between(0.0, 10.0, "m", "metres, not millimetres", open_low=True)]
 Density = Annotated[
-    Number, _between(1.0, 1e5, "kg/m3", "steel has 7800 kg/m3, not 7.8 g/cm3", open_low=True)
+    Number, _between(10.0, 1e5, "kg/m3", "steel has 7800 kg/m3, not 7.8 g/cm3", open_low=True)
 ]
 Modulus = Annotated[
     Number, _between(1e4, 1e15, "Pa", "steel has 2e11 Pa, not 200 GPa", open_low=True)
@@ -60,7 +69,9 @@ Modulus = Annotated[
 Positive = Annotated[Number, _between(0.0, math.inf, "", open_low=True)]
 NotNegative = Annotated[Number, _between(0.0, math.inf, "")]
 Vector = Annotated[tuple[Number, ...], Field(min_length=3, max_length=3)]
-Switch = bool | Literal["auto"]
+Name = Annotated[str, Field(min_length=1)]
+
+Switch = bool
 
 
 class _Part(BaseModel):
@@ -90,9 +101,20 @@ class Joint(_Part):
     stiffness: Positive | None = None
     damping: NotNegative = 0.0
 
+    @model_validator(mode="after")
+    def _simulated(self) -> Joint:
+        for key, value in (("stiffness", self.stiffness), ("damping", self.damping or None)):
+            if value is not None:
+                raise _Misplaced(
+                    (key,),
+                    f"is {value:g}, but a joint's elasticity is not simulated yet; leave it out"
+                    " (viscous_friction is simulated)",
+                )
+        return self
+
 
 class Beam(_Part):
-    """A prismatic beam: rectangular by width (beam y) and depth (beam z), or by its section's constants."""
+    """A prismatic beam: a rectangle, width (beam y) by depth (beam z), or its section's constants."""
 
     width: Side | None = None
     depth: Side | None = None
@@ -154,7 +176,7 @@ class Payload(_Part):
 class Link(_Part):
     """One link of the chain with the joint at its start."""
 
-    name: str
+    name: Name
     dh: DenavitHartenberg = DenavitHartenberg()
     joint: Joint = Joint()
     beam: Beam | None = None
@@ -184,8 +206,8 @@ class Link(_Part):
 class ZeroedDof(_Part):
     """A nodal dof of the elastic displacement that is zero, so that the ERLS is defined.
 
-    `node` counts from 0 at the link's start.  The axes are those of the link's joint: z along the joint's
-    axis, x along x_l; where dh alpha is zero these are the axes of the link's frame.
+    `node` counts from 0 at the link's start.  The axes are those of the link's joint: z along the
+    joint's axis, x along x_l; where dh alpha is zero these are the axes of the link's frame.
     """
 
     link: str
@@ -194,7 +216,7 @@ class ZeroedDof(_Part):
 
 
 class Erls(_Part):
-    zeroed: Literal["root", "chord", "auto"] | tuple[ZeroedDof, ...] = "root"
+    zeroed: Literal["root", "chord"] | tuple[ZeroedDof, ...] = "root"
 
 
 class Damping(_Part):
@@ -240,7 +262,7 @@ class Scene(_Part):
     """A robot scene, as design.md's section on scene files lays it down."""
 
     model: Literal["robot"]
-    name: str
+    name: Name
     source: str = ""
     gravity: Vector = (0.0, 0.0, -9.81)
     damping: Damping = Damping()
@@ -267,38 +289,52 @@ class Scene(_Part):
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
         names = [link.name for link in self.links]
-        for kind, several in (("link", names), ("joint", list(self.joint_names))):
-            twice = sorted({n for n in several if several.count(n) > 1})
-            if twice:
-                raise ValueError(f"has two {kind}s named {twice[0]!r}; give each its own name")
+        joints = [
+            link.joint.name or f"{link.name}_joint" if link.joint.type != "fixed" else None
+            for link in self.links
+        ]
+        for kind, several in (("link", names), ("joint", joints)):
+            for n, name in enumerate(several):
+                if name is not None and name in several[:n]:
+                    below = ("joint", "name") if kind == "joint" else ("name",)
+                    raise _Misplaced(
+                        ("links", n, *below),
+                        f"is {name!r} like links.{several.index(name)};"
+                        f" give each {kind} its own name",
+                    )
         m = len(self.joints)
         if m == 0:
-            raise ValueError("has no joint that moves; make one revolute or prismatic")
+            raise _Misplaced(("links",), "have no joint that moves; make one revolute or prismatic")
         for key in ("position", "velocity"):
             given = getattr(self.initial, key)
             if given is not None and len(given) != m:
-                raise ValueError(
-                    f"has initial.{key} with {len(given)} values for {m} joints; give {m}"
+                raise _Misplaced(
+                    ("initial", key), f"has {len(given)} values for {m} moving joints; give {m}"
                 )
-        for zeroed in self.erls.zeroed if isinstance(self.erls.zeroed, tuple) else ():
+        for n, zeroed in enumerate(self.erls.zeroed if isinstance(self.erls.zeroed, tuple) else ()):
             if zeroed.link not in names:
                 near = difflib.get_close_matches(zeroed.link, names, 1)
-                raise ValueError(
-                    f"zeroes a dof of link {zeroed.link!r}, which does not exist; "
-                    f"give {near[0] if near else 'one of ' + ', '.join(names)}"
+                raise _Misplaced(
+                    ("erls", "zeroed", n, "link"),
+                    f"is {zeroed.link!r}, which does not exist; "
+                    f"give {near[0] if near else 'one of ' + ', '.join(names)}",
+                )
+            beam = self.links[names.index(zeroed.link)].beam
+            if beam is not None and zeroed.node > beam.elements:
+                raise _Misplaced(
+                    ("erls", "zeroed", n, "node"),
+                    f"is {zeroed.node}; the end of {zeroed.link} is node {beam.elements}",
                 )
         return self
 
 
 def _line(document: Any, path: tuple[Any, ...]) -> int | None:
     """Line (from 1) of a key in a ruamel document, or of the nearest parent that has one."""
-    line = None
+    line = 1 if hasattr(document, "lc") else None
     for key in path:
         try:
-            if isinstance(document, Mapping):
-                line = document.lc.key(key)[0] + 1
-            else:
-                line = document.lc.item(key)[0] + 1
+            marks = document.lc
+            line = (marks.key(key) if isinstance(document, Mapping) else marks.item(key))[0] + 1
             document = document[key]
         except (AttributeError, KeyError, IndexError, TypeError):
             break
@@ -326,14 +362,60 @@ def _annotations(annotation: Any) -> list[Any]:
     return [annotation] + [a for part in inner for a in _annotations(part)]
 
 
-def _explain(error: Any, document: Any, source: str) -> str:
-    """One line for pydantic's first complaint."""
-    path = tuple(
-        k for k in error["loc"] if not (isinstance(k, str) and ("tuple[" in k or "literal[" in k or k in ("bool", "Payload")))
+def _key_path(error: Any) -> tuple[Any, ...]:
+    """Keys down to what an error is about, without pydantic's words for a union's branches."""
+    cause = error.get("ctx", {}).get("error")
+    own = cause.path if isinstance(cause, _Misplaced) else ()
+    return (
+        *(
+            k
+            for k in error["loc"]
+            if isinstance(k, int)
+            or not (
+                "tuple[" in k or "literal[" in k or "function-" in k or k in ("bool", "Payload")
+            )
+        ),
+        *own,
     )
+
+
+def _remedy(error: Any, path: tuple[Any, ...], document: Any) -> str:
+    """What would be right, for pydantic's own complaints."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "literal_error":
+        return f"give {context['expected']}"
+    if kind in ("tuple_type", "list_type"):
+        return "give a list"
+    if kind in ("too_short", "too_long"):
+        least = "at least" if kind == "too_short" else "at most"
+        return f"give {least} {context.get('min_length', context.get('max_length'))} values"
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return f"give keys such as {', '.join(_keys_beside(document, (*path, '')))}"
+    if kind.startswith("int_"):
+        return "give a whole number"
+    if kind.startswith("bool_"):
+        return "give true or false"
+    if kind in ("string_type", "string_too_short"):
+        return "give a name"
+    if kind == "greater_than_equal":
+        return f"give at least {context['ge']}"
+    if kind == "less_than_equal":
+        return f"give at most {context['le']}"
+    return str(error["msg"])
+
+
+def _explain(errors: list[Any], document: Any, source: str, overridden: list[str]) -> str:
+    """One line for pydantic's first complaint; of a union's branches the one that got furthest."""
+    first = _key_path(errors[0])
+    error = max(
+        (e for e in errors if _key_path(e)[: len(first)] == first), key=lambda e: len(_key_path(e))
+    )
+    path = _key_path(error)
     line = _line(document, path)
     where = f"{source}:{line}" if line else source
     key = ".".join(str(k) for k in path) or "scene"
+    if any(key == o or key.startswith(o + ".") for o in overridden):
+        where = f"{source}, override"
     kind, message = error["type"], error["msg"]
     if kind == "extra_forbidden":
         allowed = _keys_beside(document, path)
@@ -345,8 +427,10 @@ def _explain(error: Any, document: Any, source: str) -> str:
     if kind == "value_error":
         return f"{where}: {key}: {message.removeprefix('Value error, ')}"
     value = error.get("input")
-    shown = repr(value) if not isinstance(value, (Mapping, list)) else type(value).__name__
-    return f"{where}: {key}: is {shown}; {message[0].lower() + message[1:]}"
+    several = isinstance(value, (list, tuple))
+    shown = f"a list of {len(value)}" if several else repr(value)
+    shown = "a set of keys" if isinstance(value, Mapping) else shown
+    return f"{where}: {key}: is {shown}; {_remedy(error, path, document)}"
 
 
 def _plain(value: Any) -> Any:
@@ -363,9 +447,13 @@ def _plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
-def _override(document: dict[str, Any], key: str, value: Any) -> None:
-    """Set a dotted key, `links.0.beam.elements` or `links.link_1.beam.elements`, in a plain document."""
+def _override(document: dict[str, Any], key: str, value: Any) -> str:
+    """Set a dotted key, `links.0.beam.elements` or `links.link_1.beam.elements`.
+
+    Returns the key with list entries by number.
+    """
     parts = key.split(".")
+    numbered = []
     place: Any = document
     for n, part in enumerate(parts):
         last = n == len(parts) - 1
@@ -376,18 +464,26 @@ def _override(document: dict[str, Any], key: str, value: Any) -> None:
             elif part.isdigit() and int(part) < len(place):
                 at = int(part)
             else:
-                raise SceneError(f"override {key}: no {part!r} in {'.'.join(parts[:n])}")
+                known = [str(x) for x in names if x is not None] or range(len(place))
+                raise SceneError(
+                    f"override {key}: no {part!r} in {'.'.join(parts[:n])};"
+                    f" give one of {', '.join(str(k) for k in known)}"
+                )
+            numbered.append(str(at))
             if last:
                 place[at] = value
             else:
                 place = place[at]
         elif isinstance(place, dict):
+            numbered.append(part)
             if last:
                 place[part] = value
             else:
                 place = place.setdefault(part, {})
         else:
-            raise SceneError(f"override {key}: {'.'.join(parts[:n])} has no keys below it")
+            above = ".".join(parts[:n])
+            raise SceneError(f"override {key}: {above} has no keys below it; give {above}")
+    return ".".join(numbered)
 
 
 def _thawed(value: Any) -> Any:
@@ -435,13 +531,15 @@ def load_scene(
             raise SceneError(f"{source}:1: not a scene; give keys such as model, name, links")
     kind = document.get("model")
     if kind != "robot":
-        line = _line(document, ("model",)) or 1
-        raise SceneError(f"{source}:{line}: model: is {kind!r}; give 'robot' for a flexible robot")
+        line = _line(document, ("model",))
+        where = f"{source}:{line}" if line else source
+        raise SceneError(f"{where}: model: is {kind!r}; give 'robot' for a flexible robot")
     plain = _thawed(_plain(document))
-    for key, value in (overrides or {}).items():
-        _override(plain, key, _thawed(_plain(value)))
+    overridden = [
+        _override(plain, str(key), _thawed(_plain(value)))
+        for key, value in (overrides or {}).items()
+    ]
     try:
         return Scene.model_validate(plain)
     except ValidationError as problem:
-        errors = problem.errors()
-        raise SceneError(_explain(errors[0], document, source)) from None
+        raise SceneError(_explain(problem.errors(), document, source, overridden)) from None
