@@ -8,7 +8,7 @@ from __future__ import annotations
 from numba import types
 from numba.experimental import structref
 
-from .integrators import METHODS
+from .integrators import generalized_alpha, rosenbrock_w, runge_kutta_4
 from .kernel import allocating_kernel
 
 
@@ -36,16 +36,32 @@ def bind(chain, work, x, v, torque, motion):
     return BoundRobot(chain, work, x, v, torque, motion)
 
 
-def _stepper(method):
-    step = method.step
-
-    @allocating_kernel
-    def advance(robot, h, option):
-        return step(
-            robot.chain, robot.work, robot.x, robot.v, robot.torque, robot.motion, h, option
-        )
-
-    return advance
+@allocating_kernel
+def rosenbrock_w_step(robot, h, option):
+    """One step of rosenbrock_w; returns a status."""
+    return rosenbrock_w.step(
+        robot.chain, robot.work, robot.x, robot.v, robot.torque, robot.motion, h, option
+    )
 
 
-STEPPERS = {name: _stepper(method) for name, method in METHODS.items()}
+@allocating_kernel
+def generalized_alpha_step(robot, h, option):
+    """One step of generalized_alpha; returns a status."""
+    return generalized_alpha.step(
+        robot.chain, robot.work, robot.x, robot.v, robot.torque, robot.motion, h, option
+    )
+
+
+@allocating_kernel
+def runge_kutta_4_step(robot, h, option):
+    """One step of runge_kutta_4; returns a status."""
+    return runge_kutta_4.step(
+        robot.chain, robot.work, robot.x, robot.v, robot.torque, robot.motion, h, option
+    )
+
+
+STEPPERS = {
+    "rosenbrock_w": rosenbrock_w_step,
+    "generalized_alpha": generalized_alpha_step,
+    "runge_kutta_4": runge_kutta_4_step,
+}

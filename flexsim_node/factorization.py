@@ -116,60 +116,103 @@ def rank_one(z, row, scale, size):
 
 
 @kernel
-def turn_rows(f, z, p, columns):
-    """Multiply rows p, p + 1, p + 2 of z by the rotation to the parent."""
-    e = f[ROTATION : ROTATION + 9]
-    for k in range(columns):
-        x, y, u = z[p, k], z[p + 1, k], z[p + 2, k]
-        z[p, k] = e[0] * x + e[1] * y + e[2] * u
-        z[p + 1, k] = e[3] * x + e[4] * y + e[5] * u
-        z[p + 2, k] = e[6] * x + e[7] * y + e[8] * u
+def turned_block(f, z, i, k):
+    """E B E^T for the 3 x 3 block B of z at (i, k) and the rotation E to the parent, as nine numbers."""
+    e0, e1, e2 = f[ROTATION], f[ROTATION + 1], f[ROTATION + 2]
+    e3, e4, e5 = f[ROTATION + 3], f[ROTATION + 4], f[ROTATION + 5]
+    e6, e7, e8 = f[ROTATION + 6], f[ROTATION + 7], f[ROTATION + 8]
+    x, y, u = z[i, k], z[i + 1, k], z[i + 2, k]
+    a0, b0, c0 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
+    x, y, u = z[i, k + 1], z[i + 1, k + 1], z[i + 2, k + 1]
+    a1, b1, c1 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
+    x, y, u = z[i, k + 2], z[i + 1, k + 2], z[i + 2, k + 2]
+    a2, b2, c2 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
+    return (
+        a0 * e0 + a1 * e1 + a2 * e2,
+        a0 * e3 + a1 * e4 + a2 * e5,
+        a0 * e6 + a1 * e7 + a2 * e8,
+        b0 * e0 + b1 * e1 + b2 * e2,
+        b0 * e3 + b1 * e4 + b2 * e5,
+        b0 * e6 + b1 * e7 + b2 * e8,
+        c0 * e0 + c1 * e1 + c2 * e2,
+        c0 * e3 + c1 * e4 + c2 * e5,
+        c0 * e6 + c1 * e7 + c2 * e8,
+    )
 
 
 @kernel
-def lever_rows(z, p, r, l0, l1, l2, columns):
-    """Add to rows r.. (moments) the lever times rows p.. (forces)."""
-    for k in range(columns):
+def lever(z, p, r, l0, l1, l2):
+    """Congruence of a symmetric z for a lever: rotations r.. also move the point p.. by rotation x lever."""
+    size = z.shape[0]
+    for k in range(size):
         x, y, u = z[p, k], z[p + 1, k], z[p + 2, k]
         z[r, k] += l1 * u - l2 * y
         z[r + 1, k] += l2 * x - l0 * u
         z[r + 2, k] += l0 * y - l1 * x
+    for i in range(size):
+        x, y, u = z[i, p], z[i, p + 1], z[i, p + 2]
+        z[i, r] += l1 * u - l2 * y
+        z[i, r + 1] += l2 * x - l0 * u
+        z[i, r + 2] += l0 * y - l1 * x
 
 
 @kernel
-def to_parent_rows(chain, work, n, z, b):
-    """Apply the map of forces on (start node, A) of link n to forces on (end node, A) of its parent to rows."""
-    f = work.kept[n]
-    size = 2 * b
+def hand_over(chain, work, n, z):
+    """Add the symmetric z over (start node, A) of link n, both triangles, to its parent's interface."""
+    link, f, s = chain.link, work.kept[n], work.square
+    out = work.interface[link[n, PARENT]]
     l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
-    if b == 3:
-        c, h = f[ROTATION], f[ROTATION + 3]
-        for p in (0, 3):
-            for k in range(size):
-                x, y = z[p, k], z[p + 1, k]
-                z[p, k], z[p + 1, k] = c * x - h * y, h * x + c * y
-        for k in range(size):
-            z[5, k] += l0 * z[4, k] - l1 * z[3, k]
-        return
-    for p in range(0, 12, 3):
-        turn_rows(f, z, p, size)
-    lever_rows(z, 6, 9, l0, l1, l2, size)
-    if chain.link[n, KIND] == PRISMATIC:
-        lever_rows(z, 0, 3, l0 - chain.joint[chain.link[n, PARENT], TIP], l1, l2, size)
+    for i in range(0, 12, 3):
+        for k in range(i, 12, 3):
+            v = turned_block(f, z, i, k)
+            s[i, k], s[i, k + 1], s[i, k + 2] = v[0], v[1], v[2]
+            s[i + 1, k], s[i + 1, k + 1], s[i + 1, k + 2] = v[3], v[4], v[5]
+            s[i + 2, k], s[i + 2, k + 1], s[i + 2, k + 2] = v[6], v[7], v[8]
+            if i != k:
+                s[k, i], s[k, i + 1], s[k, i + 2] = v[0], v[3], v[6]
+                s[k + 1, i], s[k + 1, i + 1], s[k + 1, i + 2] = v[1], v[4], v[7]
+                s[k + 2, i], s[k + 2, i + 1], s[k + 2, i + 2] = v[2], v[5], v[8]
+    lever(s, 6, 9, l0, l1, l2)
+    if link[n, KIND] == PRISMATIC:
+        lever(s, 0, 3, l0 - chain.joint[link[n, PARENT], TIP], l1, l2)
+    for i in range(12):
+        for k in range(12):
+            out[i, k] += s[i, k]
 
 
 @kernel
-def hand_over(chain, work, n, z, b, s):
-    """Add the symmetric z over (start node, A) of link n to its parent's interface; z is lost."""
+def hand_over_planar(chain, work, n, z):
+    """The same for a planar link: the rotation turns x and y alone."""
+    f = work.kept[n]
     out = work.interface[chain.link[n, PARENT]]
-    to_parent_rows(chain, work, n, z, b)
-    for i in range(2 * b):
-        for k in range(2 * b):
-            s[i, k] = z[k, i]
-    to_parent_rows(chain, work, n, s, b)
-    for i in range(2 * b):
-        for k in range(2 * b):
-            out[i, k] += s[i, k]
+    c, h, lx, ly = f[ROTATION], f[ROTATION + 3], f[LEVER], f[LEVER + 1]
+    cc, ch, hh = c * c, c * h, h * h
+    for p in (0, 3):
+        xx, xy, yy = z[p, p], z[p, p + 1], z[p + 1, p + 1]
+        xz, yz = z[p, p + 2], z[p + 1, p + 2]
+        a, b, d = cc * xx - 2.0 * ch * xy + hh * yy, ch * (xx - yy) + (cc - hh) * xy, 0.0
+        d = hh * xx + 2.0 * ch * xy + cc * yy
+        u, v, w = c * xz - h * yz, h * xz + c * yz, z[p + 2, p + 2]
+        if p == 3:
+            w += 2.0 * (lx * v - ly * u) + lx * lx * d - 2.0 * lx * ly * b + ly * ly * a
+            u += lx * b - ly * a
+            v += lx * d - ly * b
+        out[p, p] += a
+        out[p, p + 1] += b
+        out[p + 1, p + 1] += d
+        out[p, p + 2] += u
+        out[p + 1, p + 2] += v
+        out[p + 2, p + 2] += w
+    # coupling of the node (rows) with A (columns)
+    for i in range(3):
+        x, y = z[i, 3], z[i, 4]
+        z[i, 3], z[i, 4] = c * x - h * y, h * x + c * y
+        z[i, 5] += lx * z[i, 4] - ly * z[i, 3]
+    for k in range(3, 6):
+        x, y = z[0, k], z[1, k]
+        out[0, k] += c * x - h * y
+        out[1, k] += h * x + c * y
+        out[2, k] += z[2, k]
 
 
 @kernel
@@ -309,7 +352,10 @@ def factorize(chain, work):
         if not eliminate_joint(chain, work, n, z, b, phi_column, q_column):
             return n + 1
         if link[n, PARENT] >= 0:
-            hand_over(chain, work, n, z, b, work.square)
+            if planar:
+                hand_over_planar(chain, work, n, z)
+            else:
+                hand_over(chain, work, n, z)
     return 0
 
 

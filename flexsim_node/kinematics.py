@@ -115,11 +115,14 @@ def place(chain, work, x):
         q = x[link[n, Q]] if kind != FIXED else 0.0
         angle = joint[n, ANGLE] + (q if kind == REVOLUTE else 0.0)
         cosine, sine = np.cos(angle), np.sin(angle)
-        for i in range(3):
-            for k in range(3):
+        rows = 2 if planar else 3
+        for i in range(rows):
+            for k in range(rows):
                 f[ROTATION + 3 * i + k] = (
                     rotation[n, 0, i, k] + cosine * rotation[n, 1, i, k] + sine * rotation[n, 2, i, k]
                 )
+        if planar:
+            f[ROTATION + 8] = 1.0
         r = f[START : START + 6]
         g = f[BY_Q : BY_Q + 6]
         r[:] = 0.0
@@ -209,8 +212,8 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
 
 
 @kernel
-def accelerate(chain, work, v, a):
-    """Angular velocities, accelerations of the frames and of the nodes; gravity enters as -g at the base."""
+def accelerate_frames(chain, work, v, a):
+    """Angular velocities and accelerations of the frames; gravity enters as -g at the base."""
     link, joint, frame = chain.link, chain.joint, work.frame
     g = chain.setting
     r = work.row[0, 0:6]
@@ -255,6 +258,37 @@ def accelerate(chain, work, v, a):
         f[OMEGA], f[OMEGA + 1], f[OMEGA + 2] = w0, w1, w2
         f[LINEAR], f[LINEAR + 1], f[LINEAR + 2] = r[0], r[1], r[2]
         f[ANGULAR], f[ANGULAR + 1], f[ANGULAR + 2] = b0, b1, b2
+
+
+@kernel
+def accelerate_planar_frames(chain, work, v, a):
+    """The same where all links turn in one plane."""
+    link, joint, frame, g = chain.link, chain.joint, work.frame, chain.setting
+    for n in range(link.shape[0]):
+        f = frame[n]
+        parent = link[n, PARENT]
+        x, y, omega, turn = -g[GRAVITY], -g[GRAVITY + 1], 0.0, 0.0
+        if parent >= 0:
+            p = frame[parent]
+            omega, turn = p[OMEGA + 2], p[ANGULAR + 2]
+            l0, l1 = f[LEVER], f[LEVER + 1]
+            x = p[LINEAR] - turn * l1 - omega * omega * l0
+            y = p[LINEAR + 1] + turn * l0 - omega * omega * l1
+        if link[n, KIND] != FIXED:
+            omega += joint[n, AXIS + 2] * v[link[n, Q]]
+            turn += joint[n, AXIS + 2] * a[link[n, Q]]
+        c, s = f[ROTATION], f[ROTATION + 3]
+        f[OMEGA + 2], f[ANGULAR + 2] = omega, turn
+        f[LINEAR], f[LINEAR + 1] = c * x + s * y, c * y - s * x
+
+
+@kernel
+def accelerate(chain, work, v, a):
+    """Motion of frames and nodes: rates of the displacements, and accelerations."""
+    if len(chain.dofs) == 3:
+        accelerate_planar_frames(chain, work, v, a)
+    else:
+        accelerate_frames(chain, work, v, a)
     nodal_rates(chain, work, v, work.node[RATE], False, v)
     nodal_rates(chain, work, a, work.node[ACCELERATION], True, v)
 

@@ -13,7 +13,8 @@ from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
 
 ORDER = 2
-ITERATIONS = 12
+NEWTON_STEPS = 10
+SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no further Newton step
 
 
 @kernel
@@ -46,8 +47,8 @@ def step(chain, work, x, v, torque, motion, h, option):
         set_scale(chain, work, scale, through * gamma * h)
     for i in range(n):
         an[i] = a[i]
-    norm = 0.0
-    for iteration in range(ITERATIONS):
+    size = 0.0
+    for _ in range(NEWTON_STEPS):
         for i in range(n):
             xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
             ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
@@ -58,20 +59,19 @@ def step(chain, work, x, v, torque, motion, h, option):
             am[i] = (1.0 - m) * an[i] + m * a[i]
         between(torque, f, mean)
         residual(chain, work, xm, vm, am, mean, rhs)
-        if iteration == 0 and factorize(chain, work) != 0:
+        if factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)
         size = 0.0
         for i in range(n):
             da[i] /= 1.0 - m
             an[i] += da[i]
-            size = max(size, abs(da[i]) * h * h)
-        if not size < 1e12:
+            size = max(size, abs(da[i]) * quarter * h * h)
+        if not size < 1e6:
             return NOT_FINITE
-        norm = size
-        if size < 1e-11:
+        if size < SMALL:
             break
-    if norm > 1e-8:
+    if size >= SMALL:
         return NOT_CONVERGED
     for i in range(n):
         xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
