@@ -18,7 +18,7 @@ SCENE = CONFIG / "anthropomorphic.yaml"
 PARAMETERS = CONFIG / "demo.params.yaml"
 # The kernels may have to be compiled first, on a slow machine.
 START_TIMEOUT = 180.0
-CONTROLLER_TIMEOUT = 60.0
+SOON = 8.0
 LONG_ENOUGH = 10.0  # s: from here on the arm moves when the parameters say
 
 
@@ -89,7 +89,7 @@ def timing(duration: float) -> dict[str, float]:
 
 def run(folder: Path, moves: dict[str, float], stopped: Stop) -> None:
     """Run robot, controller and recorder until the controller's time is over."""
-    from .trial.processes import COMMAND, CONTROLLER, NODE, POLL_PERIOD, own_domain, processes
+    from .trial.processes import COMMAND, CONTROLLER, NODE, own_domain, processes
 
     environment = own_domain()
     parameters = ["--ros-args", "--params-file", str(PARAMETERS), "-p", f"scene:={SCENE}"]
@@ -100,22 +100,17 @@ def run(folder: Path, moves: dict[str, float], stopped: Stop) -> None:
             "recorder", [*COMMAND, "record", "-o", str(folder / "bag"), "--json"]
         )
         robot = trial.start("flexsim_node", [*NODE, *parameters])
-        try:
-            trial.wait_until_said(robot, "kernels ready", timeout=8.0)
-        except RuntimeError:
-            trial.check()
-            say("compiling the kernels, once")
-            trial.wait_until_said(robot, "kernels ready", timeout=START_TIMEOUT)
-        topics = ("+ /joint_states", "+ /flexsim_node/elastic_state", "+ /diagnostics")
-        trial.wait_until_said(recorder, *topics, timeout=CONTROLLER_TIMEOUT)
         controller = trial.start("controller", [*CONTROLLER, *parameters, *when])
-        trial.wait_until_said(controller, "ready", timeout=CONTROLLER_TIMEOUT)
+        try:
+            trial.wait_until_said(robot, "kernels ready", timeout=SOON)
+        except TimeoutError:
+            say("compiling the equations, once")
+        for process, words in ((robot, "kernels ready"), (controller, "ready")):
+            trial.wait_until_said(process, words, timeout=START_TIMEOUT)
         say(f"the arm moves for {moves['duration']:g} s")
-        while controller.code is None:
-            trial.check(but=controller)
-            time.sleep(POLL_PERIOD)
-        trial.end(controller)
+        trial.wait_until_said(controller, "the move is over", timeout=10.0 * moves["duration"])
         trial.end(robot)  # it closes with its last diagnostics, which are to be recorded
+        trial.end(controller)
         trial.end(recorder)
 
 

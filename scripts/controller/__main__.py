@@ -1,8 +1,9 @@
 """flexsim_controller: holds a robot's joints on a move, over DDS.
 
-Parameters: scene, rate, duration, start, goal, there, back, time, stiffness, damping; an example:
-config/demo.params.yaml.  It reads `joint_states`, whose stamps are its clock, and writes
-`flexsim_node/commands`.
+Parameters: scene, rate, listeners, duration, start, goal, there, back, time, stiffness, damping;
+an example: config/demo.params.yaml.  It reads `joint_states`, whose stamps are its clock, and writes
+`flexsim_node/commands`.  When the duration is over it says so, and holds on until SIGINT or
+SIGTERM: who lets go of an arm drops it.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from ..terminal.stop import Stop, stopped_by_signals
 from .joint_pd import JointPd, Move
 
 NAME = "flexsim_controller"
-NUMBERS = ("rate", "duration", "there", "back", "time")
+NUMBERS = ("rate", "duration", "there", "back", "time", "listeners")
 LISTS = ("start", "goal", "stiffness", "damping")
 # A robot may be compiling its kernels before it speaks, but does not fall silent later.
 FIRST_STATE, NEXT_STATE = 120.0, 2.0
@@ -43,7 +44,7 @@ def read_parameters(node: Any) -> dict[str, Any]:
 
 
 def control(node: Any, stopped: Stop) -> None:
-    """Control until the duration is over or a signal comes."""
+    """Control until a signal comes."""
     from rclpy.qos import QoSProfile
     from sensor_msgs.msg import JointState
     from std_msgs.msg import Float64MultiArray
@@ -65,7 +66,7 @@ def control(node: Any, stopped: Stop) -> None:
 
     order: list[int] | None = None
     last: JointState | None = None
-    begun = 0.0
+    begun, over = 0.0, False
     heard = time.monotonic() + FIRST_STATE - NEXT_STATE
     gc.collect()
     gc.freeze()
@@ -80,14 +81,17 @@ def control(node: Any, stopped: Stop) -> None:
             last, heard = taken[0], time.monotonic()
         elif time.monotonic() - heard > NEXT_STATE:
             raise RuntimeError(f"no joint states for {NEXT_STATE:g} s; is flexsim_node running?")
-        if last is None:
+        if last is None or (
+            order is None and commands.get_subscription_count() < given["listeners"]
+        ):
             continue
         t = last.header.stamp.sec + 1e-9 * last.header.stamp.nanosec
         if order is None:
             order = joint_order(last.name, scene.joint_names)
             begun = t
-        if t - begun >= given["duration"]:
-            return
+        if not over and t - begun >= given["duration"]:
+            over = True
+            node.get_logger().info("the move is over")
         torque = law.torque(
             t - begun, np.frombuffer(last.position)[order], np.frombuffer(last.velocity)[order]
         )
@@ -103,7 +107,7 @@ def joint_order(published: list[str], wanted: tuple[str, ...]) -> list[int]:
 
 
 def main() -> int:
-    """Run the controller.  Returns 0 when its time is over or a signal came, 1 where it failed."""
+    """Run the controller.  Returns 0 when a signal came, 1 where it failed."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     import rclpy
     from rclpy.signals import SignalHandlerOptions

@@ -119,7 +119,7 @@ def swing(axes: Any, moved: Motion, move: Move) -> None:
     rms, peak = np.sqrt(np.mean(deflection**2)), deflection.max()
     axes.set(
         ylabel="mm", xlabel="simulated time, s", xlim=(0.0, moved.time[-1]),
-        title=f"Tip deflection: rms {rms:.1f} mm, peak {peak:.1f} mm, gravity's sag included",
+        title=f"Tip deflection: rms {rms:.1f} mm, peak {peak:.1f} mm",
     )  # fmt: skip
     axes.legend(loc="upper right", ncols=2, fontsize=9, bbox_to_anchor=(1.0, 1.16))
 

@@ -116,7 +116,9 @@ class Processes:
         Raises
         ------
         RuntimeError
-            where a process ends first, or the time is over
+            where a process ends first
+        TimeoutError
+            where the time is over
         KeyboardInterrupt
             where we are asked to stop
         """
@@ -124,15 +126,15 @@ class Processes:
         while not process.said(*words):
             self.check()
             if time.monotonic() > end:
-                raise RuntimeError(f"{process.name} did not say {words[-1]!r} within {timeout:g} s")
+                raise TimeoutError(f"{process.name} did not say {words[-1]!r} within {timeout:g} s")
             time.sleep(POLL_PERIOD)
 
-    def check(self, *, but: Process | None = None) -> None:
-        """Raise where one has ended, other than `but`, or where we are asked to stop."""
+    def check(self) -> None:
+        """Raise where one has ended, or where we are asked to stop."""
         if self.stopped.asked:
             raise KeyboardInterrupt
         for process in self.running:
-            if process is not but and process.code is not None:
+            if process.code is not None:
                 raise process.failure()
 
     def end(self, process: Process) -> None:
