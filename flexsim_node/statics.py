@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from .chain import workspace
 from .dynamics import residual
-from .factorization import factorize, set_scale, solve
-from .kinematics import place
 from .model import Model, build_model
 from .observation import Observation
 from .scene import Scene
 
-ITERATIONS = 200
+ITERATIONS = 50
+NUDGE = 1e-6  # m and rad, of the differences that give the tangent
 
 
 @dataclass(frozen=True)
@@ -34,30 +34,44 @@ class StaticEquilibrium:
     link_end: np.ndarray
 
 
+def forces(model: Model, x: np.ndarray) -> np.ndarray:
+    """(n,) generalized forces on a robot that stands still at the unknowns x without torque."""
+    work, rhs, zero = workspace(model.chain), np.zeros(x.size), np.zeros(x.size)
+    m = model.joints
+    residual(model.chain, work, x, zero, zero, np.zeros(m), rhs)
+    return rhs
+
+
 def rest_shape(model: Model, position: np.ndarray) -> np.ndarray:
-    """Unknowns (n,) of the equilibrium with the joint coordinates held at position (m,)."""
-    work = workspace(model.chain)
-    work.held[:] = True
+    """Unknowns (n,) of the equilibrium with the joints, as their encoders show them, at position (m,).
+
+    Newton's method on the elastic unknowns.  Where a joint has an elastic rotation phi of its own, its
+    coordinate q follows as position - phi.
+    """
     m, n = model.joints, model.unknowns
-    x, zero, rhs, dx = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    x = np.zeros(n)
     x[:m] = position
-    # stiffness outweighs the mass by far: Newton's method with the elastic stiffness
-    weight = 1e8
-    set_scale(model.chain, work, weight, 0.0)
+    if n == m:
+        return x
+    own = np.flatnonzero(model.turn >= 0)
+    along = np.eye(n)[:, m:]  # how all unknowns move with the elastic ones
+    along[own, model.turn[own] - m] = -1.0
+
     best = np.inf
     for _ in range(ITERATIONS):
-        residual(model.chain, work, x, zero, zero, np.zeros(m), rhs)
-        place(model.chain, work, x)
-        if n == m or factorize(model.chain, work) != 0:
+        tangent = np.empty((n - m, n - m))
+        for k in range(n - m):
+            ahead, behind = (forces(model, x + s * NUDGE * along[:, k]) for s in (1.0, -1.0))
+            tangent[:, k] = along.T @ (behind - ahead) / (2.0 * NUDGE)
+        try:
+            step = cho_solve(cho_factor(0.5 * (tangent + tangent.T)), along.T @ forces(model, x))
+        except (LinAlgError, ValueError):  # not positive definite, or not finite: not stable
             break
-        solve(model.chain, work, rhs, dx)
-        x[m:] += weight * dx[m:]
-        size = float(np.max(np.abs(weight * dx[m:])))
+        x += along @ step
+        size = float(np.max(np.abs(step)))
         if size < 1e-15 or (size < 1e-11 and size >= best):
             return x
         best = min(best, size)
-    if n == m:
-        return x
     raise ArithmeticError(
         f"{model.scene.name}: no static equilibrium found at {np.round(position, 6).tolist()};"
         " the links are too soft for their load, or buckle"
@@ -73,14 +87,11 @@ def static_equilibrium(scene: Scene, position: np.ndarray | list[float]) -> Stat
         where no equilibrium is found (the links buckle under their load)
     """
     model = build_model(scene)
-    m, n = model.joints, model.unknowns
-    q = check_position(scene, position, m)
-    x = rest_shape(model, q)
-    work, rhs, zero = workspace(model.chain), np.zeros(n), np.zeros(n)
-    residual(model.chain, work, x, zero, zero, np.zeros(m), rhs)
+    x = rest_shape(model, check_position(scene, position, model.joints))
     view = Observation(model)
-    view.look(work, x)
-    return StaticEquilibrium(-rhs[:m], view.displacement, view.position, view.link_end)
+    view.look(workspace(model.chain), x)
+    torque = -forces(model, x)[: model.joints]
+    return StaticEquilibrium(torque, view.displacement, view.position, view.link_end)
 
 
 def check_position(scene: Scene, position: np.ndarray | list[float], m: int) -> np.ndarray:
