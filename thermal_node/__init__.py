@@ -5,6 +5,7 @@ run = simulate(load_scene("config/thesis_door.yaml"), duration=3600.0, sample_pe
 print(run.verdict)
 """
 
+from . import compiled  # noqa: F401  before any kernel is loaded
 from .criteria import Criteria, FurnaceTolerance
 from .furnace import Measured
 from .heat import Heat, HeatBalance, Saved

@@ -7,9 +7,6 @@ for steady one-dimensional conduction with k(T). What leaves one node enters ano
 is conserved to rounding whatever the temperatures.
 
 Arrays are (nz, ny, nx) or flat in that order, material arrays have M in front.
-
-Numba keeps compiled kernels in __pycache__ and looks only at a kernel's own file: after a change
-here or in linear.py, delete thermal_node/__pycache__, or stage.py goes on with the old one.
 """
 
 from __future__ import annotations

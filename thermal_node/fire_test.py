@@ -1,0 +1,121 @@
+"""A door under test: heat, probes, criteria and the furnace, stepped together."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .conduction import ABSOLUTE_ZERO, Array
+from .criteria import Criteria, FurnaceTolerance
+from .furnace import CURVES, Measured
+from .heat import Heat
+from .mesh.whole import whole_leaf
+from .model import door_model
+from .probes import InfraredView, probes_of
+from .scene import Scene
+from .status import State, Status
+
+HOTTEST = 3000.0
+"""°C; a furnace that reports more is not believed."""
+KEPT = 1000
+"""Measured values that are remembered; the march only asks for the latest."""
+
+
+class FireTest:
+    """A door that burns.
+
+    Attributes
+    ----------
+    time : s of fire exposure
+    readings (P,) : °C, of `probes`
+    temperature (N,) : °C, of the whole leaf's nodes (mesh.whole)
+    measured : the furnace's log, or None while the scene's own furnace burns
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.model = door_model(scene)
+        self.heat = Heat(self.model)
+        self.probes = probes_of(self.model)
+        self.infrared = InfraredView(self.model)
+        self.whole = whole_leaf(self.model.mesh, scene.leaf.width, scene.leaf.height)
+        self._standard = CURVES.get(scene.furnace.curve)
+        self.reset()
+
+    def warm(self) -> None:
+        """Compile, or load, the kernels."""
+        self.heat.advance(2.0)
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the cold door and the scene's own furnace."""
+        self.measured: Measured | None = None
+        self.heat.furnace = self.model.furnace
+        self.heat.reset()
+        self.criteria = Criteria(self.scene.criteria, self.probes, self.model.initial)
+        self.tolerance = FurnaceTolerance()
+        self._broken = Status()
+        self._look()
+
+    @property
+    def time(self) -> float:
+        return self.heat.time
+
+    @property
+    def status(self) -> Status:
+        """Whether the test goes on, or why not."""
+        return self.heat.status if self._broken.ok else self._broken
+
+    @property
+    def temperature(self) -> Array:
+        return np.asarray(self.heat.temperature[self.whole.source])
+
+    @property
+    def furnace(self) -> float:
+        """The furnace's temperature now, °C."""
+        return float(self.heat.furnace(self.heat.time))
+
+    @property
+    def stale(self) -> float:
+        """s since the last measured temperature; 0 where nothing was measured."""
+        return 0.0 if self.measured is None else self.heat.time - self.measured.time[-1]
+
+    def measure(self, temperature: float) -> None:
+        """From now on the furnace is at this temperature, °C, until the next one."""
+        if self.measured is None:
+            self.measured = Measured()
+            self.heat.furnace = self.measured
+        if not self.measured.add(self.heat.time, temperature):
+            self.measured.temperature[-1] = temperature
+        del self.measured.time[:-KEPT], self.measured.temperature[:-KEPT]
+        if self.heat.time == 0.0:
+            self.heat.reset()  # its first step is chosen by what the furnace does
+
+    def advance(self, time: float) -> Status:
+        """March to `time`, s; where the march has to stop, the last good state stays."""
+        if not self.status.ok:
+            return self.status
+        self.heat.advance(time)
+        if not np.isfinite(self.heat.temperature).all():
+            self._broken = Status(
+                State.NOT_FINITE, f"stopped at {self.time:.3f} s: a temperature is not finite"
+            )
+            return self.status
+        self._look()
+        return self.status
+
+    def _look(self) -> None:
+        self.readings = self.probes.read(self.heat.temperature)
+        self.criteria.watch(self.time, self.readings)
+        if self._standard is not None:
+            each = getattr(self.heat.furnace, "thermocouples", None)
+            gas = np.array([self.furnace]) if each is None else each(self.time)
+            self.tolerance.watch(self.time, float(self._standard(self.time)), gas)
+
+
+def believable(temperature: float) -> str:
+    """Why a measured temperature, °C, is refused, or nothing."""
+    if not np.isfinite(temperature):
+        return "not finite"
+    if not ABSOLUTE_ZERO < temperature <= HOTTEST:
+        return "not a furnace's temperature"
+    return ""
