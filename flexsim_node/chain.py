@@ -22,8 +22,9 @@ VISCOUS, COULOMB, COULOMB_SPEED, ROTOR = 8, 9, 10, 11
 OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
 # rows of Workspace.node
 DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
-# entries of Chain.setting
-GRAVITY, ALPHA, BETA = 0, 3, 4
+# entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next step's
+# first stage too (not where q follows a flexible link's root: q then swings with the elastic modes)
+GRAVITY, ALPHA, BETA, KEEP = 0, 3, 4, 5
 
 
 class Chain(NamedTuple):
@@ -42,7 +43,7 @@ class Chain(NamedTuple):
     body_mass: np.ndarray  # (bodies, B, B)
     body_place: np.ndarray  # (bodies,) int64: node
     place: np.ndarray  # (N,) distance of a node from the link's start, m
-    setting: np.ndarray  # gravity (3), Rayleigh alpha and beta
+    setting: np.ndarray  # (6,)
 
 
 class Workspace(NamedTuple):

@@ -179,12 +179,15 @@ def follow(dofs: list[int], comp: int, length: float) -> np.ndarray:
     return row
 
 
-def build_model(scene: Scene, planar: bool | None = None) -> Model:
+def build_model(
+    scene: Scene, planar: bool | None = None, driven: tuple[str, ...] = ()
+) -> Model:
     """Build the arrays of a scene's equations.
 
     Parameters
     ----------
     planar : three dofs a node where True, six where False; found from the scene where None
+    driven : names of the joints whose motion is prescribed
 
     Raises
     ------
@@ -211,7 +214,7 @@ def build_model(scene: Scene, planar: bool | None = None) -> Model:
     lengths = np.zeros(links)
     moving = sum(link.joint.type != "fixed" for link in scene.links)
     unknowns = moving
-    zeroed = zeroed_directions(scene)
+    zeroed = zeroed_directions(scene, driven)
     spin = np.zeros((3, 3, 3))
     spin[0, 2, 2] = spin[1, 0, 0] = spin[1, 1, 1] = 1.0
     spin[2, 0, 1], spin[2, 1, 0] = -1.0, 1.0
@@ -302,7 +305,11 @@ def build_model(scene: Scene, planar: bool | None = None) -> Model:
             body_nodes.append(first + count)
             link_table[n, 8] += 1
     gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
-    damping = scene.damping if effects.damping else None
+    rayleigh = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
+    rooted = any(
+        link.flexible and link.beam is not None and (0, 5) in zeroed[n]
+        for n, link in enumerate(scene.links)
+    )
     chain = Chain(
         dofs=tuple(dofs),
         link=link_table,
@@ -317,7 +324,7 @@ def build_model(scene: Scene, planar: bool | None = None) -> Model:
         body_mass=np.array(body_masses).reshape(-1, b, b),
         body_place=np.array(body_nodes, dtype=np.int64),
         place=np.array(places),
-        setting=np.array([*gravity, damping.alpha if damping else 0.0, damping.beta if damping else 0.0]),
+        setting=np.array([*gravity, *rayleigh, 0.0 if rooted else 1.0]),
     )
     for array in chain[1:]:
         array.setflags(write=False)
@@ -351,19 +358,30 @@ def body_mass(matrix: np.ndarray) -> np.ndarray:
     return np.einsum("iak,ab,jbk->ij", vectors, matrix, vectors)
 
 
-def zeroed_directions(scene: Scene) -> list[dict[tuple[int, int], np.ndarray]]:
+def zeroed_directions(
+    scene: Scene, driven: tuple[str, ...]
+) -> list[dict[tuple[int, int], np.ndarray]]:
     """For each link the zeroed dofs: (node, dof about the joint's frame) to a direction (6,) in beam axes."""
     found: list[dict[tuple[int, int], np.ndarray]] = [{} for _ in scene.links]
     zeroed = scene.erls.zeroed
+    names = dict(
+        zip((n for n, k in enumerate(scene.links) if k.joint.type != "fixed"), scene.joint_names, strict=True)
+    )
     if isinstance(zeroed, tuple):
         listed_directions(scene, found)
+        for n, name in names.items():
+            if name in driven and scene.links[n].joint.type == "revolute" and (0, 5) not in found[n]:
+                raise SceneError(
+                    f"{scene.name}: erls.zeroed: the motion of {name} is prescribed, but its motor's angle is not a"
+                    f" coordinate; zero rz of node 0 of {scene.links[n].name}, or give zeroed: auto"
+                )
         return found
     for n, link in enumerate(scene.links):
         if link.joint.type != "revolute":
             continue
         beam = link.beam
         axes, length = beam_axes(link)
-        if zeroed == "chord" and beam is not None and link.flexible:
+        if zeroed != "root" and names[n] not in driven and beam is not None and link.flexible:
             axis = (rotation_x(link.dh.alpha) @ axes)[2]
             across = np.cross(axis, [1.0, 0.0, 0.0])
             direction = np.zeros(6)

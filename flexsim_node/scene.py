@@ -216,7 +216,15 @@ class ZeroedDof(_Part):
 
 
 class Erls(_Part):
-    zeroed: Literal["root", "chord"] | tuple[ZeroedDof, ...] = "root"
+    """Which elastic dofs are zeroed.
+
+    `root`: the rotation about the joint at each link's start, so that q is the motors' angles; `chord`: the
+    deflection of each link's end in the plane that the joint turns it in; `auto`: chord where the joint is
+    free, root where its motion is prescribed.  The motion is the same to the order of the squared elastic
+    rotation; with `chord` the rigid links stay nearest the flexible ones, which is easiest to integrate.
+    """
+
+    zeroed: Literal["root", "chord", "auto"] | tuple[ZeroedDof, ...] = "auto"
 
 
 class Damping(_Part):

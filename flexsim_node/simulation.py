@@ -29,7 +29,7 @@ class Simulation:
 
     def __init__(self, scene: Scene, step: float | None = None, held: tuple[str, ...] = ()) -> None:
         self.scene = scene
-        self.model: Model = build_model(scene)
+        self.model: Model = build_model(scene, driven=held)
         self.work = workspace(self.model.chain)
         self.step_size = scene.solver.step if step is None else step
         m, n = self.model.joints, self.model.unknowns
@@ -57,7 +57,7 @@ class Simulation:
         self.x[:m] = initial.position or 0.0
         self.v[:m] = initial.velocity or 0.0
         if initial.shape == "static":
-            self.x[m:] = rest_shape(self.model, self.x[:m])[m:]
+            self.x[:] = rest_shape(self.model, self.x[:m])
         self.torque[:] = 0.0
         self.motion[:, 0], self.motion[:, 1] = self.x[:m], self.v[:m]
         self.time = 0.0
@@ -82,12 +82,14 @@ class Simulation:
         """Compile (or load) everything a step needs, leaving the state as it is."""
         if self.advance is None:
             return
-        x, v, memory = self.x.copy(), self.v.copy(), self.work.memory.copy()
+        x, v = self.x.copy(), self.v.copy()
+        time = self.time
         self.step()
         self.look()
         self.energy()
-        self.x[:], self.v[:], self.work.memory[:] = x, v, memory
-        self.time, self.status = 0.0, OK
+        self.x[:], self.v[:] = x, v
+        self.time, self.status = time, OK
+        self.prepare()
 
     def command(self, torque: np.ndarray) -> None:
         """Hold a torque (m,) from the next step on, within the joints' effort limits."""
