@@ -19,6 +19,7 @@ PARAMETERS = CONFIG / "demo.params.yaml"
 # The kernels may have to be compiled first, on a slow machine.
 START_TIMEOUT = 180.0
 SOON = 8.0
+RECORDED = ("+ /joint_states", "+ /flexsim_node/elastic_state", "+ /diagnostics", "+ /clock")
 LONG_ENOUGH = 10.0  # s: from here on the arm moves when the parameters say
 
 
@@ -100,13 +101,15 @@ def run(folder: Path, moves: dict[str, float], stopped: Stop) -> None:
             "recorder", [*COMMAND, "record", "-o", str(folder / "bag"), "--json"]
         )
         robot = trial.start("flexsim_node", [*NODE, *parameters])
-        controller = trial.start("controller", [*CONTROLLER, *parameters, *when])
         try:
             trial.wait_until_said(robot, "kernels ready", timeout=SOON)
         except TimeoutError:
             say("compiling the equations, once")
-        for process, words in ((robot, "kernels ready"), (controller, "ready")):
-            trial.wait_until_said(process, words, timeout=START_TIMEOUT)
+            trial.wait_until_said(robot, "kernels ready", timeout=START_TIMEOUT)
+        # The robot stands still until it is commanded: by then all of it is to be recorded.
+        trial.wait_until_said(recorder, *RECORDED, timeout=START_TIMEOUT)
+        controller = trial.start("controller", [*CONTROLLER, *parameters, *when])
+        trial.wait_until_said(controller, "ready", timeout=START_TIMEOUT)
         say(f"the arm moves for {moves['duration']:g} s")
         trial.wait_until_said(controller, "the move is over", timeout=10.0 * moves["duration"])
         trial.end(robot)  # it closes with its last diagnostics, which are to be recorded

@@ -1,9 +1,9 @@
 """flexsim_controller: holds a robot's joints on a move, over DDS.
 
-Parameters: scene, rate, listeners, duration, start, goal, there, back, time, stiffness, damping;
-an example: config/demo.params.yaml.  It reads `joint_states`, whose stamps are its clock, and writes
-`flexsim_node/commands`.  When the duration is over it says so, and holds on until SIGINT or
-SIGTERM: who lets go of an arm drops it.
+Parameters: scene, rate, listeners, duration, start, goal, there, back, time, stiffness, damping,
+all of them; config/demo.params.yaml is an example.  It reads `joint_states`, whose stamps are its
+clock, and writes `flexsim_node/commands`.  When the duration is over it says so, and holds on until
+SIGINT or SIGTERM: who lets go of an arm drops it.
 """
 
 from __future__ import annotations
