@@ -129,7 +129,7 @@ def stiffness_times(chain, work, y, scale, out):
     link, element = chain.link, chain.element
     rows, d, force = work.node[TRIAL], work.node[DISPLACEMENT], work.force
     planar = len(chain.dofs) == 3
-    nodal_rates(chain, work, y, rows, False, y)
+    nodal_rates(chain, work, y, rows)
     force[:] = 0.0
     work.wrench[:] = 0.0
     for n in range(link.shape[0]):

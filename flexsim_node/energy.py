@@ -26,7 +26,8 @@ from .chain import (
     Q,
 )
 from .kernel import allocating_kernel
-from .kinematics import nodal_rates, place, spatial_row, to_child
+from .kinematics import nodal_rates, place, spatial_row
+from .spatial_kinematics import to_child
 
 
 @allocating_kernel
@@ -57,7 +58,7 @@ def energy(chain, work, x, v, out):
     b = len(chain.dofs)
     planar = b == 3
     place(chain, work, x)
-    nodal_rates(chain, work, v, work.node[RATE], False, v)
+    nodal_rates(chain, work, v, work.node[RATE])
     d, rate = work.node[DISPLACEMENT], work.node[RATE]
     links = link.shape[0]
     twist = np.zeros((links, 6))

@@ -34,7 +34,8 @@ from .chain import (
     VISCOUS,
     Q,
 )
-from .kinematics import spatial_row, to_child, to_parent
+from .kinematics import spatial_row
+from .spatial_kinematics import to_child, to_parent
 from .kernel import kernel
 
 

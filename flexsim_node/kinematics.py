@@ -3,40 +3,13 @@
 The nodal rows d of a link, in its body frame, are linear in the unknowns u (nodal displacements of the
 parent's end, turned by the joint; the link's own), d = T(q) u.  `place` writes d and the rotations,
 `nodal_rates` applies the linear map (T, dT/dq u) to any vector of rates, `gather` its transpose,
-`accelerate` adds what is quadratic in the rates.
+`accelerate` adds what is quadratic in the rates.  Each picks the plane or space when it is compiled.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
+from . import planar_kinematics, spatial_kinematics
 from .kernel import kernel
-from .chain import (
-    ACCELERATION,
-    ANGLE,
-    ANGULAR,
-    AXIS,
-    BY_Q,
-    COUNT,
-    DISPLACEMENT,
-    FIRST,
-    FIXED,
-    GRAVITY,
-    KIND,
-    LEVER,
-    LINEAR,
-    OMEGA,
-    PARENT,
-    PARENT_AXIS,
-    PHI,
-    PRISMATIC,
-    Q,
-    RATE,
-    REVOLUTE,
-    ROTATION,
-    START,
-    TIP,
-)
 
 
 @kernel
@@ -50,301 +23,36 @@ def spatial_row(row, planar, r):
 
 
 @kernel
-def to_child(f, r):
-    """Turn both halves of r (6,) from the parent's body frame into the link's (frame row f)."""
-    for h in range(0, 6, 3):
-        x, y, z = r[h], r[h + 1], r[h + 2]
-        for k in range(3):
-            r[h + k] = f[ROTATION + k] * x + f[ROTATION + 3 + k] * y + f[ROTATION + 6 + k] * z
-
-
-@kernel
-def to_parent(f, r):
-    """Turn both halves of r (6,) from the link's body frame into the parent's."""
-    for h in range(0, 6, 3):
-        x, y, z = r[h], r[h + 1], r[h + 2]
-        for k in range(3):
-            p = ROTATION + 3 * k
-            r[h + k] = f[p] * x + f[p + 1] * y + f[p + 2] * z
-
-
-@kernel
-def own_nodes(chain, first, count, y, rows):
-    """Fill the nodal rows of a link after its start from the unknowns y and the dependencies."""
-    index, dependency = chain.index, chain.dependency
-    b = len(chain.dofs)
-    for i in range(first + 1, first + count + 1):
-        dependent = False
-        for k in range(b):
-            n = index[i, k]
-            if n >= 0:
-                rows[i, k] = y[n]
-            else:
-                dependent = True
-                rows[i, k] = 0.0
-        if dependent:
-            for k in range(b):
-                if index[i, k] < 0:
-                    total = 0.0
-                    for m in range(b):
-                        total += dependency[i, k, m] * rows[i, m]
-                        total += dependency[i, k, b + m] * rows[i - 1, m]
-                    rows[i, k] = total
-
-
-@kernel
-def write_start(link, axis, turn, r, planar, row):
-    """Write the start row of a link: r (6,) and the joint's own elastic rotation `turn` about its axis."""
-    if planar:
-        row[0], row[1], row[2] = r[0], r[1], r[5] + turn
-    else:
-        for k in range(3):
-            row[k] = r[k]
-            row[3 + k] = r[3 + k] + axis[k] * turn
-
-
-@kernel
 def place(chain, work, x):
     """Frames and nodal displacements at the unknowns x."""
-    link, joint, rotation, frame = chain.link, chain.joint, chain.rotation, work.frame
-    d = work.node[DISPLACEMENT]
-    planar = len(chain.dofs) == 3
-    for n in range(link.shape[0]):
-        f, a = frame[n], joint[n, AXIS : AXIS + 3]
-        kind, parent, first = link[n, KIND], link[n, PARENT], link[n, FIRST]
-        q = x[link[n, Q]] if kind != FIXED else 0.0
-        angle = joint[n, ANGLE] + (q if kind == REVOLUTE else 0.0)
-        cosine, sine = np.cos(angle), np.sin(angle)
-        rows = 2 if planar else 3
-        for i in range(rows):
-            for k in range(rows):
-                f[ROTATION + 3 * i + k] = (
-                    rotation[n, 0, i, k] + cosine * rotation[n, 1, i, k] + sine * rotation[n, 2, i, k]
-                )
-        if planar:
-            f[ROTATION + 8] = 1.0
-        r = f[START : START + 6]
-        g = f[BY_Q : BY_Q + 6]
-        r[:] = 0.0
-        g[:] = 0.0
-        if parent >= 0:
-            spatial_row(d[link[parent, FIRST] + link[parent, COUNT]], planar, r)
-        slide = q if kind == PRISMATIC else 0.0
-        s0, s1, s2 = joint[n, PARENT_AXIS], joint[n, PARENT_AXIS + 1], joint[n, PARENT_AXIS + 2]
-        f[LEVER], f[LEVER + 1], f[LEVER + 2] = slide * s0, slide * s1, slide * s2
-        if parent >= 0:
-            f[LEVER] += joint[parent, TIP]
-        if kind == PRISMATIC:
-            g[0] = r[4] * s2 - r[5] * s1
-            g[1] = r[5] * s0 - r[3] * s2
-            g[2] = r[3] * s1 - r[4] * s0
-            r[0] += slide * g[0]
-            r[1] += slide * g[1]
-            r[2] += slide * g[2]
-        to_child(f, r)
-        if kind == PRISMATIC:
-            to_child(f, g)
-        elif kind == REVOLUTE:
-            for h in range(0, 6, 3):
-                g[h] = r[h + 1] * a[2] - r[h + 2] * a[1]
-                g[h + 1] = r[h + 2] * a[0] - r[h] * a[2]
-                g[h + 2] = r[h] * a[1] - r[h + 1] * a[0]
-        turn = x[link[n, PHI]] if link[n, PHI] >= 0 else 0.0
-        write_start(n, a, turn, r, planar, d[first])
-        own_nodes(chain, first, link[n, COUNT], x, d)
+    if len(chain.dofs) == 3:
+        planar_kinematics.place(chain, work, x)
+    else:
+        spatial_kinematics.place(chain, work, x)
 
 
 @kernel
-def nodal_rates(chain, work, y, rows, quadratic, v):
-    """Nodal rows of the unknowns' rates (or accelerations) y, at the placed configuration.
-
-    With `quadratic` the terms that are quadratic in the rates v are added: the rows are accelerations then.
-    """
-    link, joint, frame = chain.link, chain.joint, work.frame
-    planar = len(chain.dofs) == 3
-    r, w = work.row[0, 0:6], work.row[0, 6:12]
-    for n in range(link.shape[0]):
-        f, a = frame[n], joint[n, AXIS : AXIS + 3]
-        kind, parent, first = link[n, KIND], link[n, PARENT], link[n, FIRST]
-        r[:] = 0.0
-        if parent >= 0:
-            end = link[parent, FIRST] + link[parent, COUNT]
-            spatial_row(rows[end], planar, r)
-            if kind == PRISMATIC:
-                lx = f[LEVER] - joint[parent, TIP]
-                r[0] += r[4] * f[LEVER + 2] - r[5] * f[LEVER + 1]
-                r[1] += r[5] * lx - r[3] * f[LEVER + 2]
-                r[2] += r[3] * f[LEVER + 1] - r[4] * lx
-            to_child(f, r)
-            if quadratic and kind != FIXED:
-                qd = v[link[n, Q]]
-                spatial_row(work.node[RATE, end], planar, w)
-                if kind == REVOLUTE:
-                    # - 2 qd z x (E^T u') + qd^2 z x (z x u) = - qd z x (2 E^T u' + qd dr/dq)
-                    to_child(f, w)
-                    for h in range(0, 6, 3):
-                        x = 2.0 * w[h] + qd * f[BY_Q + h]
-                        y1 = 2.0 * w[h + 1] + qd * f[BY_Q + h + 1]
-                        z = 2.0 * w[h + 2] + qd * f[BY_Q + h + 2]
-                        r[h] -= qd * (a[1] * z - a[2] * y1)
-                        r[h + 1] -= qd * (a[2] * x - a[0] * z)
-                        r[h + 2] -= qd * (a[0] * y1 - a[1] * x)
-                else:
-                    s0, s1, s2 = (
-                        joint[n, PARENT_AXIS],
-                        joint[n, PARENT_AXIS + 1],
-                        joint[n, PARENT_AXIS + 2],
-                    )
-                    w[0] = 2.0 * qd * (w[4] * s2 - w[5] * s1)
-                    w[1] = 2.0 * qd * (w[5] * s0 - w[3] * s2)
-                    w[2] = 2.0 * qd * (w[3] * s1 - w[4] * s0)
-                    to_child(f, w)
-                    r[0] += w[0]
-                    r[1] += w[1]
-                    r[2] += w[2]
-        if kind != FIXED:
-            rate = y[link[n, Q]]
-            for k in range(6):
-                r[k] += rate * f[BY_Q + k]
-        turn = y[link[n, PHI]] if link[n, PHI] >= 0 else 0.0
-        write_start(n, a, turn, r, planar, rows[first])
-        own_nodes(chain, first, link[n, COUNT], y, rows)
-
-
-@kernel
-def accelerate_frames(chain, work, v, a):
-    """Angular velocities and accelerations of the frames; gravity enters as -g at the base."""
-    link, joint, frame = chain.link, chain.joint, work.frame
-    g = chain.setting
-    r = work.row[0, 0:6]
-    for n in range(link.shape[0]):
-        f = frame[n]
-        axis = joint[n, AXIS : AXIS + 3]
-        kind, parent = link[n, KIND], link[n, PARENT]
-        p0 = p1 = p2 = 0.0
-        w0 = w1 = w2 = 0.0
-        b0 = b1 = b2 = 0.0
-        if parent >= 0:
-            fp = frame[parent]
-            p0, p1, p2 = fp[LINEAR], fp[LINEAR + 1], fp[LINEAR + 2]
-            w0, w1, w2 = fp[OMEGA], fp[OMEGA + 1], fp[OMEGA + 2]
-            b0, b1, b2 = fp[ANGULAR], fp[ANGULAR + 1], fp[ANGULAR + 2]
-            l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
-            c0, c1, c2 = w1 * l2 - w2 * l1, w2 * l0 - w0 * l2, w0 * l1 - w1 * l0
-            p0 += b1 * l2 - b2 * l1 + w1 * c2 - w2 * c1
-            p1 += b2 * l0 - b0 * l2 + w2 * c0 - w0 * c2
-            p2 += b0 * l1 - b1 * l0 + w0 * c1 - w1 * c0
-        else:
-            p0, p1, p2 = -g[GRAVITY], -g[GRAVITY + 1], -g[GRAVITY + 2]
-        if kind == PRISMATIC:
-            qd, qdd = v[link[n, Q]], a[link[n, Q]]
-            s0, s1, s2 = joint[n, PARENT_AXIS], joint[n, PARENT_AXIS + 1], joint[n, PARENT_AXIS + 2]
-            p0 += s0 * qdd + 2.0 * qd * (w1 * s2 - w2 * s1)
-            p1 += s1 * qdd + 2.0 * qd * (w2 * s0 - w0 * s2)
-            p2 += s2 * qdd + 2.0 * qd * (w0 * s1 - w1 * s0)
-        r[0], r[1], r[2], r[3], r[4], r[5] = w0, w1, w2, b0, b1, b2
-        to_child(f, r)
-        w0, w1, w2, b0, b1, b2 = r[0], r[1], r[2], r[3], r[4], r[5]
-        if kind == REVOLUTE:
-            qd, qdd = v[link[n, Q]], a[link[n, Q]]
-            b0 += axis[0] * qdd + qd * (w1 * axis[2] - w2 * axis[1])
-            b1 += axis[1] * qdd + qd * (w2 * axis[0] - w0 * axis[2])
-            b2 += axis[2] * qdd + qd * (w0 * axis[1] - w1 * axis[0])
-            w0 += axis[0] * qd
-            w1 += axis[1] * qd
-            w2 += axis[2] * qd
-        r[0], r[1], r[2] = p0, p1, p2
-        to_child(f, r)
-        f[OMEGA], f[OMEGA + 1], f[OMEGA + 2] = w0, w1, w2
-        f[LINEAR], f[LINEAR + 1], f[LINEAR + 2] = r[0], r[1], r[2]
-        f[ANGULAR], f[ANGULAR + 1], f[ANGULAR + 2] = b0, b1, b2
-
-
-@kernel
-def accelerate_planar_frames(chain, work, v, a):
-    """The same where all links turn in one plane."""
-    link, joint, frame, g = chain.link, chain.joint, work.frame, chain.setting
-    for n in range(link.shape[0]):
-        f = frame[n]
-        parent = link[n, PARENT]
-        x, y, omega, turn = -g[GRAVITY], -g[GRAVITY + 1], 0.0, 0.0
-        if parent >= 0:
-            p = frame[parent]
-            omega, turn = p[OMEGA + 2], p[ANGULAR + 2]
-            l0, l1 = f[LEVER], f[LEVER + 1]
-            x = p[LINEAR] - turn * l1 - omega * omega * l0
-            y = p[LINEAR + 1] + turn * l0 - omega * omega * l1
-        if link[n, KIND] != FIXED:
-            omega += joint[n, AXIS + 2] * v[link[n, Q]]
-            turn += joint[n, AXIS + 2] * a[link[n, Q]]
-        c, s = f[ROTATION], f[ROTATION + 3]
-        f[OMEGA + 2], f[ANGULAR + 2] = omega, turn
-        f[LINEAR], f[LINEAR + 1] = c * x + s * y, c * y - s * x
+def nodal_rates(chain, work, y, rows):
+    """Nodal rows of the unknowns' rates y, at the placed configuration."""
+    if len(chain.dofs) == 3:
+        planar_kinematics.nodal_rates(chain, work, y, rows, False, y)
+    else:
+        spatial_kinematics.nodal_rates(chain, work, y, rows, False, y)
 
 
 @kernel
 def accelerate(chain, work, v, a):
-    """Motion of frames and nodes: rates of the displacements, and accelerations."""
+    """Motion of frames and nodes at rates v and accelerations a of the unknowns."""
     if len(chain.dofs) == 3:
-        accelerate_planar_frames(chain, work, v, a)
+        planar_kinematics.accelerate(chain, work, v, a)
     else:
-        accelerate_frames(chain, work, v, a)
-    nodal_rates(chain, work, v, work.node[RATE], False, v)
-    nodal_rates(chain, work, a, work.node[ACCELERATION], True, v)
+        spatial_kinematics.accelerate(chain, work, v, a)
 
 
 @kernel
 def gather(chain, work, out):
-    """Add the nodal forces and the links' wrenches, through the transposed map, to the unknowns' forces."""
-    link, joint, frame = chain.link, chain.joint, work.frame
-    force, wrench = work.force, work.wrench
-    index, dependency = chain.index, chain.dependency
-    b = len(chain.dofs)
-    planar = b == 3
-    r, w = work.row[0, 0:6], work.row[0, 6:12]
-    for n in range(link.shape[0] - 1, -1, -1):
-        f, a = frame[n], joint[n, AXIS : AXIS + 3]
-        kind, parent, first = link[n, KIND], link[n, PARENT], link[n, FIRST]
-        for i in range(first + link[n, COUNT], first, -1):
-            for k in range(b):
-                if index[i, k] < 0:
-                    for m in range(b):
-                        force[i, m] += dependency[i, k, m] * force[i, k]
-                        force[i - 1, m] += dependency[i, k, b + m] * force[i, k]
-            for k in range(b):
-                if index[i, k] >= 0:
-                    out[index[i, k]] += force[i, k]
-        spatial_row(force[first], planar, r)
-        spatial_row(wrench[n], planar, w)
-        if link[n, PHI] >= 0:
-            out[link[n, PHI]] += a[0] * r[3] + a[1] * r[4] + a[2] * r[5]
-        if kind != FIXED:
-            total = 0.0
-            for k in range(6):
-                total += f[BY_Q + k] * r[k]
-            h = 3 if kind == REVOLUTE else 0
-            out[link[n, Q]] += total + a[0] * w[h] + a[1] * w[h + 1] + a[2] * w[h + 2]
-        if parent >= 0:
-            to_parent(f, r)
-            to_parent(f, w)
-            l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
-            w[3] += l1 * w[2] - l2 * w[1]
-            w[4] += l2 * w[0] - l0 * w[2]
-            w[5] += l0 * w[1] - l1 * w[0]
-            if kind == PRISMATIC:
-                l0 -= joint[parent, TIP]
-                r[3] += l1 * r[2] - l2 * r[1]
-                r[4] += l2 * r[0] - l0 * r[2]
-                r[5] += l0 * r[1] - l1 * r[0]
-            end = link[parent, FIRST] + link[parent, COUNT]
-            if planar:
-                force[end, 0] += r[0]
-                force[end, 1] += r[1]
-                force[end, 2] += r[5]
-                wrench[parent, 0] += w[0]
-                wrench[parent, 1] += w[1]
-                wrench[parent, 2] += w[5]
-            else:
-                for k in range(6):
-                    force[end, k] += r[k]
-                    wrench[parent, k] += w[k]
+    """Add nodal forces and links' wrenches, through the transposed map, to the unknowns' forces."""
+    if len(chain.dofs) == 3:
+        planar_kinematics.gather(chain, work, out)
+    else:
+        spatial_kinematics.gather(chain, work, out)

@@ -85,6 +85,7 @@ def simulate(
     motion = _motion_function(scene, prescribed, robot)
     robot.motion[:] = motion(0.0)
     held = [joint_index(scene, name) for name in prescribed]
+    trouble = ""
     for k in held:
         robot.x[k], robot.v[k] = robot.motion[0, 0, k], robot.motion[0, 1, k]
     adaptive = None
@@ -131,6 +132,9 @@ def simulate(
                 if held:
                     robot.motion[0], robot.motion[1] = motion(t), motion(t + 0.5 * h)
                     robot.motion[2] = motion(t + h)
+                if not (np.all(np.isfinite(robot.torque)) and np.all(np.isfinite(robot.motion))):
+                    trouble = "a torque or a prescribed motion is not finite; look at its function"
+                    break
                 begin = time.perf_counter()
                 status = robot.step()
             step_time[taken] = time.perf_counter() - begin
@@ -138,9 +142,11 @@ def simulate(
             if status != OK:
                 robot.status = status
                 break
-        if robot.status != OK:
+        if trouble or robot.status != OK:
             break
-    reason = "ok" if robot.status == OK else f"stopped at {robot.time:.6g} s: {robot.reason}"
+    if robot.status != OK:
+        trouble = robot.reason
+    reason = f"stopped at {robot.time:.6g} s: {trouble}" if trouble else "ok"
     return Run(
         times[:kept],
         position[:kept],

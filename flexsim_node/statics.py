@@ -86,7 +86,9 @@ def static_equilibrium(scene: Scene, position: np.ndarray | list[float]) -> Stat
     ArithmeticError
         where no equilibrium is found (the links buckle under their load)
     """
-    model = build_model(scene)
+    # all joints are held: `auto` then means root, as for any prescribed motion
+    driven = scene.joint_names if scene.erls.zeroed == "auto" else ()
+    model = build_model(scene, driven=driven)
     x = rest_shape(model, check_position(scene, position, model.joints))
     view = Observation(model)
     view.look(workspace(model.chain), x)
