@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from .kernel import kernel
 from .chain import FIXED, KIND, Q
 from .dynamics import residual
 from .factorization import factorize, set_scale, solve
+from .kernel import kernel
 
 # what a step says happened
 OK, NOT_FINITE, SINGULAR, NOT_CONVERGED = range(4)
@@ -30,10 +30,10 @@ def drive_joints(chain, work, motion, x, v, a):
 @kernel
 def finite(x, v):
     """Whether the state holds finite numbers only, and none that is about to overflow."""
+    bounded = True
     for i in range(x.size):
-        if not (abs(x[i]) < 1e12 and abs(v[i]) < 1e12):
-            return False
-    return True
+        bounded = bounded and abs(x[i]) < 1e12 and abs(v[i]) < 1e12
+    return bounded
 
 
 @kernel

@@ -14,16 +14,17 @@ import numpy as np
 # columns of Chain.link
 KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES = range(9)
 FIXED, REVOLUTE, PRISMATIC = range(3)
-# columns of Chain.joint: link length, joint axis in the link's and in the parent's body frame, then losses
+# columns of Chain.joint: link length, joint axis in the link's and the parent's body frame, losses
 TIP, AXIS, PARENT_AXIS, ANGLE = 0, 1, 4, 7
 VISCOUS, COULOMB, COULOMB_SPEED, ROTOR = 8, 9, 10, 11
-# columns of Workspace.frame: angular velocity, acceleration of the origin, angular acceleration, rotation to
-# the parent (row-wise), displacement of the start without the joint's own rotation, its derivative by q, lever
+# columns of Workspace.frame: angular velocity, acceleration of the origin, angular acceleration, rotation
+# to the parent (row-wise), displacement of the start without the joint's own rotation, its derivative by
+# q, lever
 OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
 # rows of Workspace.node
 DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
-# entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next step's
-# first stage too (not where q follows a flexible link's root: q then swings with the elastic modes)
+# entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next
+# step's first stage too (not where q follows a flexible link's root: q then swings with the elastic modes)
 GRAVITY, ALPHA, BETA, KEEP = 0, 3, 4, 5
 
 
@@ -37,7 +38,7 @@ class Chain(NamedTuple):
     element: np.ndarray  # (E, 13), columns of beam.py
     mass: np.ndarray  # (E, 2B, 2B), nodes ordered (end, start)
     stiffness: np.ndarray  # (E, 2B, 2B), likewise
-    index: np.ndarray  # (N, B) int64: the unknown of a nodal dof, or -1 where it depends on others
+    unknown: np.ndarray  # (N, B) int64: the unknown of a nodal dof, or -1 where it depends on others
     dependency: np.ndarray  # (N, B, 2B): on the dofs of this node and of the one before
     body: np.ndarray  # (bodies, 4, 4), see rigid_body.py
     body_mass: np.ndarray  # (bodies, B, B)
@@ -76,8 +77,8 @@ class Workspace(NamedTuple):
 def workspace(chain: Chain) -> Workspace:
     """Allocate the buffers for a chain."""
     links = len(chain.link)
-    nodes, b = len(chain.index), len(chain.dofs)
-    unknowns = max(int(chain.index.max(initial=-1)), int(chain.link[:, [Q, PHI]].max(initial=-1))) + 1
+    nodes, b = len(chain.unknown), len(chain.dofs)
+    unknowns = max(int(chain.unknown.max(initial=-1)), int(chain.link[:, [Q, PHI]].max(initial=-1))) + 1
     joints = int(np.sum(chain.link[:, KIND] != FIXED))
     return Workspace(
         frame=np.zeros((links, 33)),

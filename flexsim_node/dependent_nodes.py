@@ -12,7 +12,7 @@ from .kernel import kernel
 @kernel
 def own_nodes(chain, first, count, y, rows):
     """Fill the nodal rows of a link after its start from the unknowns y and the dependencies."""
-    index, dependency = chain.index, chain.dependency
+    index, dependency = chain.unknown, chain.dependency
     b = len(chain.dofs)
     for i in range(first + 1, first + count + 1):
         dependent = False
@@ -36,7 +36,7 @@ def own_nodes(chain, first, count, y, rows):
 @kernel
 def fold_forces(chain, first, count, force, out):
     """Add forces on a link's nodes after its start to those of their unknowns, or of what they depend on."""
-    index, dependency = chain.index, chain.dependency
+    index, dependency = chain.unknown, chain.dependency
     b = len(chain.dofs)
     for i in range(first + count, first, -1):
         for k in range(b):

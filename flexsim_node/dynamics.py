@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from . import planar_beam, rigid_body, spatial_beam
-from .kernel import kernel
 from .chain import (
     ACCELERATION,
     ALPHA,
@@ -31,6 +30,7 @@ from .chain import (
     VISCOUS,
     Q,
 )
+from .kernel import kernel
 from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
 
 

@@ -26,6 +26,7 @@ from .beam import (
     TORSION,
 )
 from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
+from .erls import beam_axes, erls_condition, rotation_x, zeroed_directions
 from .rigid_body import body_vectors, pseudo_inertia
 from .scene import Link, Payload, Scene, SceneError
 from .section import section
@@ -65,27 +66,6 @@ class Model:
     def elastic(self) -> int:
         """Number of free elastic dofs."""
         return self.unknowns - self.joints
-
-
-def rotation_x(angle: float) -> np.ndarray:
-    """(3, 3) rotation about x."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-
-
-def beam_axes(link: Link) -> tuple[np.ndarray, float]:
-    """Columns x, y, z of the beam axes in the link's frame, and the link's length."""
-    a, d, alpha = link.dh.a, link.dh.d, link.dh.alpha
-    along = np.array([a, d * np.sin(alpha), d * np.cos(alpha)])
-    length = float(np.linalg.norm(along))
-    if length < 1e-9:
-        return np.eye(3), 0.0
-    x = along / length
-    z = np.array([0.0, 0.0, 1.0]) - x[2] * x
-    if np.linalg.norm(z) < 1e-9:
-        z = np.array([1.0, 0.0, 0.0]) - x[0] * x
-    z /= np.linalg.norm(z)
-    return np.column_stack([x, np.cross(z, x), z]), length
 
 
 def is_planar(scene: Scene) -> bool:
@@ -205,13 +185,19 @@ def build_model(
     joint_table = np.zeros((links, 12))
     rotation = np.zeros((links, 3, 3, 3))
     axes = np.zeros((links, 3, 3))
-    elements, masses, stiffnesses = [], [], []
+    elements: list[np.ndarray] = []
+    masses: list[np.ndarray] = []
+    stiffnesses: list[np.ndarray] = []
     index: list[np.ndarray] = []
     dependency: list[np.ndarray] = []
-    bodies, body_masses, body_nodes, places = [], [], [], []
-    node_link, node_names = [], []
-    joint_links, turns = [], []
-    lengths = np.zeros(links)
+    bodies: list[np.ndarray] = []
+    body_masses: list[np.ndarray] = []
+    body_nodes: list[int] = []
+    places: list[float] = []
+    node_link: list[int] = []
+    node_names: list[str] = []
+    joint_links: list[int] = []
+    turns: list[int] = []
     moving = sum(link.joint.type != "fixed" for link in scene.links)
     unknowns = moving
     zeroed = zeroed_directions(scene, driven)
@@ -221,7 +207,6 @@ def build_model(
     before = np.eye(3)
     for n, link in enumerate(scene.links):
         axes[n], length = beam_axes(link)
-        lengths[n] = length
         inside = rotation_x(link.dh.alpha) @ axes[n]
         for k in range(3):
             rotation[n, k] = before.T @ spin[k] @ inside
@@ -318,7 +303,7 @@ def build_model(
         element=np.array(elements).reshape(-1, COLUMNS),
         mass=np.array(masses).reshape(-1, 2 * b, 2 * b),
         stiffness=np.array(stiffnesses).reshape(-1, 2 * b, 2 * b),
-        index=np.array(index),
+        unknown=np.array(index),
         dependency=np.array(dependency),
         body=np.array(bodies).reshape(-1, 4, 4),
         body_mass=np.array(body_masses).reshape(-1, b, b),
@@ -341,7 +326,7 @@ def build_model(
         turn=np.array(turns, dtype=np.int64),
     )
     q0 = np.array(scene.initial.position or np.zeros(moving))
-    condition = erls_condition(model, zeroed, q0)
+    condition = erls_condition(chain, zeroed, q0)
     if not condition < CONDITION_LIMIT:
         raise SceneError(
             f"{scene.name}: erls.zeroed: J_0 is singular (condition {condition:.1e}) at the initial position:"
@@ -356,142 +341,3 @@ def body_mass(matrix: np.ndarray) -> np.ndarray:
     for k, unit in enumerate(np.eye(6)):
         body_vectors(unit, 0.0, 0.0, vectors[k])
     return np.einsum("iak,ab,jbk->ij", vectors, matrix, vectors)
-
-
-def zeroed_directions(
-    scene: Scene, driven: tuple[str, ...]
-) -> list[dict[tuple[int, int], np.ndarray]]:
-    """For each link the zeroed dofs: (node, dof about the joint's frame) to a direction (6,) in beam axes."""
-    found: list[dict[tuple[int, int], np.ndarray]] = [{} for _ in scene.links]
-    zeroed = scene.erls.zeroed
-    names = dict(
-        zip((n for n, k in enumerate(scene.links) if k.joint.type != "fixed"), scene.joint_names, strict=True)
-    )
-    if isinstance(zeroed, tuple):
-        listed_directions(scene, found)
-        for n, name in names.items():
-            if name in driven and scene.links[n].joint.type == "revolute" and (0, 5) not in found[n]:
-                raise SceneError(
-                    f"{scene.name}: erls.zeroed: the motion of {name} is prescribed, but its motor's angle is not a"
-                    f" coordinate; zero rz of node 0 of {scene.links[n].name}, or give zeroed: auto"
-                )
-        return found
-    for n, link in enumerate(scene.links):
-        if link.joint.type != "revolute":
-            continue
-        beam = link.beam
-        axes, length = beam_axes(link)
-        if zeroed != "root" and names[n] not in driven and beam is not None and link.flexible:
-            axis = (rotation_x(link.dh.alpha) @ axes)[2]
-            across = np.cross(axis, [1.0, 0.0, 0.0])
-            direction = np.zeros(6)
-            effects = scene.effects
-            if np.linalg.norm(across) > 1e-6:
-                if (effects.bending_z or not across[1]) and (effects.bending_y or not across[2]):
-                    direction[:3] = across / np.linalg.norm(across)
-                    found[n][beam.elements, 1] = direction
-                    continue
-            elif effects.torsion:
-                direction[3] = 1.0
-                found[n][beam.elements, 3] = direction
-                continue
-        found[n][0, 5] = np.zeros(6)
-    return found
-
-
-def listed_directions(scene: Scene, found: list[dict[tuple[int, int], np.ndarray]]) -> None:
-    """Directions of an explicit list of zeroed dofs."""
-    zeroed = scene.erls.zeroed
-    assert isinstance(zeroed, tuple)
-    names = [link.name for link in scene.links]
-    letters = ("x", "y", "z", "rx", "ry", "rz")
-    moving = sum(link.joint.type == "revolute" for link in scene.links)
-    if len(zeroed) != moving:
-        raise SceneError(
-            f"{scene.name}: erls.zeroed: lists {len(zeroed)} dofs for {moving} revolute joints; give one a joint"
-        )
-    for number, entry in enumerate(zeroed):
-        where = f"{scene.name}: erls.zeroed.{number}"
-        n = names.index(entry.link)
-        link = scene.links[n]
-        dof = letters.index(entry.dof)
-        if entry.node == 0:
-            if dof != 5:
-                raise SceneError(
-                    f"{where}: dof {entry.dof} of node 0 is shared with the link before; only rz is the joint's own"
-                )
-            if link.joint.type != "revolute":
-                raise SceneError(f"{where}: {link.name} has no revolute joint; leave it out")
-            if (0, 5) in found[n]:
-                raise SceneError(f"{where}: is listed twice; give one dof a joint")
-            found[n][0, 5] = np.zeros(6)
-            continue
-        if link.beam is None or not link.flexible:
-            raise SceneError(f"{where}: {link.name} is rigid; give node: 0, dof: rz")
-        if entry.node > link.beam.elements:
-            raise SceneError(
-                f"{where}: {link.name} has no node {entry.node}; its end is node {link.beam.elements}"
-            )
-        axes, _ = beam_axes(link)
-        inside = rotation_x(link.dh.alpha) @ axes
-        direction = np.zeros(6)
-        half = slice(0, 3) if dof < 3 else slice(3, 6)
-        direction[half] = np.where(np.abs(inside[dof % 3]) < 1e-12, 0.0, inside[dof % 3])
-        effects = scene.effects
-        on = (effects.axial, effects.bending_z, effects.bending_y)
-        on += (effects.torsion, effects.bending_y, effects.bending_z)
-        if any(direction[k] != 0.0 and not on[k] for k in range(6)):
-            raise SceneError(f"{where}: dof {entry.dof} belongs to an effect that is off; give another")
-        if (entry.node, dof) in found[n]:
-            raise SceneError(f"{where}: is listed twice; give one dof a joint")
-        found[n][entry.node, dof] = direction
-
-
-def erls_condition(
-    model: Model, zeroed: list[dict[tuple[int, int], np.ndarray]], q: np.ndarray
-) -> float:
-    """Condition of J_0 (thesis 2.16): how the zeroed dofs of the rigid links move with the joints."""
-    twists = rigid_twists(model, q)
-    rows = []
-    revolute = [k for k, n in enumerate(model.joint_links) if model.chain.link[n, 0] == REVOLUTE]
-    if not revolute:
-        return 1.0
-    for n, directions in enumerate(zeroed):
-        first, count = model.chain.link[n, 3], model.chain.link[n, 4]
-        for (node, _), direction in directions.items():
-            if node == 0:
-                # relative to the link before: q itself
-                row = np.zeros(model.joints)
-                row[model.chain.link[n, 1]] = 1.0
-                rows.append(row)
-                continue
-            x = model.chain.place[first + node]
-            length = model.chain.place[first + count]
-            point = twists[n, :3] + np.cross(twists[n, 3:], [x, 0.0, 0.0], axis=0)
-            rows.append((direction[:3] @ point) / length + direction[3:] @ twists[n, 3:])
-    return float(np.linalg.cond(np.array(rows)[:, revolute]))
-
-
-def rigid_twists(model: Model, q: np.ndarray) -> np.ndarray:
-    """(L, 6, m) velocity (linear at the start, angular) of each body frame for unit joint rates, body axes."""
-    chain = model.chain
-    links = len(chain.link)
-    twists = np.zeros((links, 6, model.joints))
-    for n in range(links):
-        kind, k, parent = chain.link[n, 0], chain.link[n, 1], chain.link[n, 6]
-        value = q[k] if kind != FIXED else 0.0
-        angle = chain.joint[n, 7] + (value if kind == REVOLUTE else 0.0)
-        turn = chain.rotation[n, 0] + np.cos(angle) * chain.rotation[n, 1] + np.sin(angle) * chain.rotation[n, 2]
-        lever = value * chain.joint[n, 4:7] if kind == PRISMATIC else np.zeros(3)
-        linear = angular = np.zeros((3, model.joints))
-        if parent >= 0:
-            lever = lever + [chain.joint[parent, 0], 0.0, 0.0]
-            angular = twists[parent, 3:]
-            linear = twists[parent, :3] + np.cross(angular, lever, axis=0)
-        twists[n, :3] = turn.T @ linear
-        twists[n, 3:] = turn.T @ angular
-        if kind == REVOLUTE:
-            twists[n, 3:, k] += chain.joint[n, 1:4]
-        elif kind == PRISMATIC:
-            twists[n, :3, k] += chain.joint[n, 1:4]
-    return twists

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .kernel import kernel
 from .chain import COUNT, DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
+from .kernel import kernel
 from .kinematics import place, spatial_row
 
 

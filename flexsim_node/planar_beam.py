@@ -127,7 +127,7 @@ def stiffness_product(e, d, y, i, scale, force):
     tension = e[AXIAL] * (yr[0] - yp[0])
     f0, f1, f2, f3 = bending_force(e[BEND_Z], yp[1], yp[2], yr[1], yr[2], length, s)
     if e[STIFFENING] > 0.0:
-        mean, b0, b1, b2, b3 = squared_slope(p[1], p[2], r[1], r[2], length, s)
+        _, b0, b1, b2, b3 = squared_slope(p[1], p[2], r[1], r[2], length, s)
         tension += e[AXIAL] * length * (b0 * yp[1] + b1 * yp[2] + b2 * yr[1] + b3 * yr[2])
         pull = tension * length
         f0 += pull * b0
@@ -197,11 +197,12 @@ def inertia_coupling(e, d, i, coupling, inertia):
 def iteration_stiffness(e, d, i, scale, b, w):
     """Add scale times what the stiffening adds to the stiffness at d to w (6, 6), upper triangle.
 
-    w and b (6,), a scratch, are ordered (node i, node i - 1).  The axial force's own (geometric) part is left out: it is slow.
+    w and b (6,), a scratch, are ordered (node i, node i - 1).  The axial force's own (geometric) part
+    is left out: it is slow.
     """
     p, r = d[i - 1], d[i]
     length = e[LENGTH]
-    mean, b0, b1, b2, b3 = squared_slope(p[1], p[2], r[1], r[2], length, e[SHEAR_Z])
+    _, b0, b1, b2, b3 = squared_slope(p[1], p[2], r[1], r[2], length, e[SHEAR_Z])
     b[0], b[3] = 1.0, -1.0
     b[4], b[5], b[1], b[2] = length * b0, length * b1, length * b2, length * b3
     k = scale * e[AXIAL]

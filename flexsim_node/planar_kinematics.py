@@ -1,4 +1,4 @@
-"""kinematics.py for links that all turn in one plane: rows are (ux, uy, rz), joints turn about z or are fixed."""
+"""kinematics.py for links in one plane: rows are (ux, uy, rz), joints turn about z or are fixed."""
 
 from __future__ import annotations
 
@@ -71,7 +71,9 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
         if parent >= 0:
             end = link[parent, FIRST] + link[parent, COUNT]
             c, s = frame[n, ROTATION], frame[n, ROTATION + 3]
-            ux, uy, rz = c * rows[end, 0] + s * rows[end, 1], c * rows[end, 1] - s * rows[end, 0], rows[end, 2]
+            ux = c * rows[end, 0] + s * rows[end, 1]
+            uy = c * rows[end, 1] - s * rows[end, 0]
+            rz = rows[end, 2]
         if link[n, KIND] != FIXED:
             q, axis = link[n, Q], joint[n, AXIS + 2]
             if parent >= 0:

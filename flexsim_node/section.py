@@ -10,7 +10,7 @@ from .scene import Beam
 
 
 class Section(NamedTuple):
-    """Area (m2), second moments about beam y and z, torsion constant (m4), shear areas along y and z (m2)."""
+    """Area (m2), second moments about beam y and z, torsion constant (m4), shear areas (m2)."""
 
     area: float
     iy: float
@@ -21,7 +21,7 @@ class Section(NamedTuple):
 
 
 def torsion_constant(width: float, depth: float) -> float:
-    """Saint-Venant's constant of a rectangle, m4 (Timoshenko & Goodier, Theory of Elasticity, section 109)."""
+    """Saint-Venant's constant of a rectangle, m4 (Timoshenko & Goodier, Theory of Elasticity, 109)."""
     a, b = max(width, depth), min(width, depth)
     n = np.arange(1, 40, 2)
     series = float(np.sum(np.tanh(0.5 * n * np.pi * a / b) / n**5))

@@ -98,6 +98,7 @@ class Simulation:
 
     def step(self) -> int:
         """Advance by one step with the torque and motion at hand.  Returns the status."""
+        assert self.advance is not None
         self.status = self.advance(self._bound, self.step_size, self.option)
         if self.status == OK:
             self.time += self.step_size

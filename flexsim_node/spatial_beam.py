@@ -232,8 +232,8 @@ def stiffness_product(e, d, y, i, scale, force):
     y0, y1, y2, y3 = bending_force(e[BEND_Z], yp[1], yp[5], yr[1], yr[5], length, e[SHEAR_Z])
     z0, z1, z2, z3 = bending_force(e[BEND_Y], yp[2], -yp[4], yr[2], -yr[4], length, e[SHEAR_Y])
     if e[STIFFENING] > 0.0:
-        my, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
-        mz, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
+        _, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
+        _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
         rate = a0 * yp[1] + a1 * yp[5] + a2 * yr[1] + a3 * yr[5]
         rate += b0 * yp[2] - b1 * yp[4] + b2 * yr[2] - b3 * yr[4]
         tension += e[AXIAL] * length * rate
@@ -368,12 +368,13 @@ def inertia_coupling(e, d, i, coupling, inertia, t):
 def iteration_stiffness(e, d, i, scale, b, w):
     """Add scale times what the stiffening adds to the stiffness at d to w (12, 12), upper triangle.
 
-    w and b (12,), a scratch, are ordered (node i, node i - 1).  The axial force's own (geometric) part is left out: it is slow.
+    w and b (12,), a scratch, are ordered (node i, node i - 1).  The axial force's own (geometric) part
+    is left out: it is slow.
     """
     p, r = d[i - 1], d[i]
     length = e[LENGTH]
-    my, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
-    mz, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
+    _, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
+    _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
     b[0], b[6] = 1.0, -1.0
     b[3] = b[9] = 0.0
     b[7], b[11], b[1], b[5] = length * a0, length * a1, length * a2, length * a3

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from .dependent_nodes import fold_forces, own_nodes
-from .kernel import kernel
 from .chain import (
     ACCELERATION,
     ANGLE,
@@ -25,13 +23,15 @@ from .chain import (
     PARENT_AXIS,
     PHI,
     PRISMATIC,
-    Q,
     RATE,
     REVOLUTE,
     ROTATION,
     START,
     TIP,
+    Q,
 )
+from .dependent_nodes import fold_forces, own_nodes
+from .kernel import kernel
 
 
 @kernel

@@ -60,10 +60,8 @@ class Adaptive:
             self.running.step()
         if self.running.status == "failed":
             return NOT_CONVERGED
-        if self.running.t > t + h:
-            y = self.running.dense_output()(t + h)
-        else:
-            y = self.running.y
+        late = self.running.t > t + h
+        y = self.running.dense_output()(t + h) if late else self.running.y
         if not np.all(np.isfinite(y)):
             return NOT_CONVERGED
         x[:], v[:] = y[:n], y[n:]

@@ -7,10 +7,10 @@ the end's acceleration; `option` is the spectral radius at infinite frequency.
 from __future__ import annotations
 
 from ..acceleration import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, acceleration, drive_joints, finite
-from ..kernel import kernel
 from ..chain import BETA
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
+from ..kernel import kernel
 
 ORDER = 2
 NEWTON_STEPS = 10

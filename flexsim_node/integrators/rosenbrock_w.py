@@ -1,7 +1,8 @@
 """Two-stage W-method: two linear solves a step, L-stable, second order.
 
-The tableau is the stiffly accurate SDIRK method with gamma = 1 - 1/sqrt(2) (Alexander, SIAM J. Numer. Anal. 14
-(1977) 1006), whose stability function is that of the Rosenbrock method ROS2.  For v' = M(x)^-1 f(x, v):
+The tableau is the stiffly accurate SDIRK method with gamma = 1 - 1/sqrt(2) (Alexander, SIAM J. Numer.
+Anal. 14 (1977) 1006), whose stability function is that of the Rosenbrock method ROS2.  For
+v' = M(x)^-1 f(x, v):
 
     V1 = v + gamma h A1                            X1 = x + gamma h V1
     V2 = v + (1 - gamma) h A1 + gamma h A2         X2 = x + (1 - gamma) h V1 + gamma h V2
@@ -32,10 +33,10 @@ from ..acceleration import (
     drive_joints,
     finite,
 )
-from ..kernel import kernel
 from ..chain import ALPHA, BETA, KEEP
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
+from ..kernel import kernel
 
 GAMMA = 1.0 - 1.0 / sqrt(2.0)
 ORDER = 2

@@ -1,4 +1,4 @@
-"""Classical Runge-Kutta method of order four; explicit, so stable only below about 2.8 / highest frequency."""
+"""Classical Runge-Kutta method of order four; explicit: stable only below 2.8 / highest frequency."""
 
 from __future__ import annotations
 
