@@ -1,6 +1,6 @@
 # `make demo` and `make test` each do all the set-up that they need; `make help` lists the rest.
 #
-# The set-up is three steps, each with a stamp file that is written last, so that one that was
+# The set-up is four steps, each with a stamp file that is written last, so that one that was
 # interrupted is done again and one that is finished costs nothing:
 #   venv      .venv with what requirements.lock pins; made anew when a lock, the Python or the
 #             place of the checkout has changed
@@ -20,6 +20,7 @@ VENV := .venv
 VENV_STAMP := $(VENV)/stamps/venv
 MESSAGES_STAMP := $(VENV)/stamps/messages
 PROJECT_STAMP := $(VENV)/stamps/project
+KERNELS_STAMP := $(VENV)/stamps/kernels
 TEST_STAMP := $(VENV)/stamps/test
 
 PIP_INSTALL := $(VENV)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps
@@ -34,7 +35,7 @@ stale := $(shell [ -e $(VENV_STAMP) ] && { [ "$$(cat $(VENV)/stamps/place)" != "
 
 .PHONY: help demo test lint setup lock clean stale
 .NOTPARALLEL:
-.SILENT: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(TEST_STAMP)
+.SILENT: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP) $(TEST_STAMP)
 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -49,7 +50,7 @@ lint: setup $(TEST_STAMP)  ## ruff and mypy
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/mypy
 
-setup: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP)  ## only the set-up, without tests' tools
+setup: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP)  ## only the set-up, without tests' tools
 
 lock:  ## pin anew what pyproject.toml asks for
 	rm -rf .venv-lock && $(PYTHON) -m venv .venv-lock && .venv-lock/bin/pip install --quiet uv
@@ -78,7 +79,7 @@ $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
 	    || { echo "flexsim needs a C and C++ compiler, $$compiler is not there (Debian and Ubuntu: apt install build-essential)" >&2; exit 1; }; done
 	"$(PYTHON)" -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	    || { echo "$(PYTHON) has no headers: install them (Debian and Ubuntu: apt install python3-dev)" >&2; exit 1; }
-	echo "set-up 1/3: packages into $(VENV) (a few minutes the first time)"
+	echo "set-up 1/4: packages into $(VENV) (a few minutes the first time)"
 	rm -rf $(VENV)
 	"$(PYTHON)" -m venv $(VENV)
 	mkdir $(VENV)/stamps
@@ -93,7 +94,7 @@ $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
 	touch $@
 
 $(MESSAGES_STAMP): $(VENV_STAMP) $(shell find msgs_schema -type f)
-	echo "set-up 2/3: flexsim_msgs"
+	echo "set-up 2/4: flexsim_msgs"
 	rm -rf $(VENV)/build $(VENV)/lib/libflexsim_msgs__* $(VENV)/share/flexsim_msgs \
 	    $(VENV)/include/flexsim_msgs $(VENV)/lib/python3.*/site-packages/flexsim_msgs*
 	# Every Python of the venv finds the venv's ROS packages, as after sourcing a ROS set-up file. And
@@ -113,8 +114,16 @@ $(MESSAGES_STAMP): $(VENV_STAMP) $(shell find msgs_schema -type f)
 	touch $@
 
 $(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml
-	echo "set-up 3/3: flexsim, editable"
+	echo "set-up 3/4: flexsim, editable"
 	$(PIP_INSTALL) --no-build-isolation --editable .
+	touch $@
+
+# The robot's kernels, in space and in the plane, so that no run waits for the compiler.
+$(KERNELS_STAMP): $(PROJECT_STAMP) $(wildcard flexsim_node/*.py flexsim_node/integrators/*.py)
+	echo "set-up 4/4: compiled kernels"
+	for scene in anthropomorphic planar_double_pendulum; do \
+	    $(VENV)/bin/flexsim simulate config/$$scene.yaml --duration 0.01 --set initial.shape=static --json > /dev/null \
+	    || exit 1; done
 	touch $@
 
 $(TEST_STAMP): $(VENV_STAMP) requirements-test.lock
