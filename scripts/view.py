@@ -1,4 +1,4 @@
-"""`flexsim view`: looks at a bag, or at a running robot, in rerun."""
+"""`flexsim view`: looks at a bag, or at a running robot or door, in rerun."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ APPLICATION = "flexsim"
 @click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.rrd",
               help="Write a rerun recording instead of opening a viewer.")  # fmt: skip
 @click.option("--serve", is_flag=True, help="Serve a viewer elsewhere on this host instead.")
-@click.option("--scale", type=click.FloatRange(0.0), default=20.0, show_default=True,
-              help="Factor on elastic displacements.")  # fmt: skip
+@click.option("--scale", type=click.FloatRange(0.0),
+              help="Factor on displacements; else 20 for a robot, 5 for a door.")  # fmt: skip
 @click.option("--rate", type=click.FloatRange(1.0, 1000.0), default=60.0, show_default=True,
               metavar="HZ", help="Frames a second of the 3-D view.")  # fmt: skip
 @click.option("-d", "--duration", type=click.FloatRange(0.0, min_open=True), metavar="SECONDS",
@@ -30,15 +30,15 @@ def command(
     source: str,
     save: str | None,
     serve: bool,
-    scale: float,
+    scale: float | None,
     rate: float,
     duration: float | None,
     as_json: bool,
 ) -> None:
-    """Show a bag, or a running robot, in rerun.
+    """Show a bag, or a running robot or fire door, in rerun.
 
-    A bag is shown as recorded. A scene's file is shown live: flexsim_node is started on it
-    unless one is running.
+    A bag is shown as recorded. A scene's file is shown live: flexsim_node, or thermal_node for a
+    door, is started on it unless one is running.
 
     \b
     Example:
@@ -66,7 +66,7 @@ def view_bag(
     path: Path,
     save: str | None,
     serve: bool,
-    scale: float,
+    scale: float | None,
     rate: float,
     duration: float | None,
     as_json: bool,
@@ -100,7 +100,7 @@ def view_bag(
         "bytes": Path(save).stat().st_size if save else None,
         "duration": bag.duration,
         "conversion_time": round(elapsed, 3),
-        "scale": scale,
+        "scale": shown.scale,
         "rows": shown.rows,
         "without_view": shown.without_view,
     }
@@ -122,12 +122,12 @@ def view_live(
     path: Path,
     save: str | None,
     serve: bool,
-    scale: float,
+    scale: float | None,
     rate: float,
     duration: float | None,
     as_json: bool,
 ) -> None:
-    """Show a running robot until Ctrl-C."""
+    """Show a running robot or door until Ctrl-C."""
     from .ros.context import tool_node
 
     with tool_node("flexsim_view") as node, stopped_by_signals() as stopped:
@@ -135,19 +135,20 @@ def view_live(
 
         from .rerun_view import live, viewer
 
-        with live.simulator(node, path, stopped):
+        kind = live.kind_of(path)
+        with live.simulator(node, path, stopped, kind):
             recording = rr.RecordingStream(APPLICATION)
             target = viewer.attach(recording, save=save, serve=serve)
             if target.address:
                 click.echo(f"showing on {target.address}; Ctrl-C ends", err=True)
-            robot = live.LiveRobot(node, recording, scale=scale, rate=rate)
-            robot.run(stopped, duration)
+            shown = live.shown_live(kind, node, recording, scale=scale, rate=rate)
+            shown.run(stopped, duration)
             recording.flush()
-    if not robot.rows:
+    if not shown.rows:
         target.discard()
-        raise RuntimeError("the robot published neither elastic states nor joint states")
+        raise RuntimeError(f"the {kind.what} published nothing to show")
     if as_json:
-        rows = robot.rows
-        print_json({"scene": str(path), "recording": save, "scale": scale, "rows": rows})
+        about = {"scene": str(path), "recording": save, "scale": shown.scale, "rows": shown.rows}
+        print_json(about)
     else:
-        print_table(f"{path}: shown live", ["entity", "rows"], list(robot.rows.items()))
+        print_table(f"{path}: shown live", ["entity", "rows"], list(shown.rows.items()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
 from ..bag.cdr import Decoder
-from . import robot
+from . import door_bag, robot
 from .joints import QUANTITIES, JointPlots
 from .tube import LAYOUT_FIELDS, Skeleton
 
@@ -18,6 +19,8 @@ STATE = "flexsim_msgs/msg/ElasticState"
 LAYOUT = "flexsim_msgs/msg/ElasticLayout"
 JOINTS = "sensor_msgs/msg/JointState"
 SHAPE = ["position", "rigid_position"]
+# What makes the usual motion of each easy to see.
+ROBOT_SCALE, DOOR_SCALE = 20.0, 5.0
 # More rows than a screen has pixels only cost time: long bags are thinned to these.
 MOST_FRAMES = 18_000
 MOST_PLOTTED = 500_000
@@ -25,10 +28,11 @@ MOST_PLOTTED = 500_000
 
 @dataclass
 class Shown:
-    """How many rows of each entity were logged, and which topics have no view."""
+    """How many rows of each entity were logged, the topics without a view, and the scale."""
 
     rows: dict[str, int]
     without_view: list[str]
+    scale: float = 1.0
 
 
 def of_type(bag: Bag, type_name: str) -> str | None:
@@ -51,28 +55,32 @@ def skeleton(bag: Bag, topic: str) -> Skeleton:
     return Skeleton.from_layout(Decoder(found.type, found.schema).columns(last, LAYOUT_FIELDS))
 
 
-def show(bag: Bag, recording: rr.RecordingStream, *, scale: float, rate: float) -> Shown:
-    """Log all of a bag that has a view.
+def show(bag: Bag, recording: rr.RecordingStream, *, scale: float | None, rate: float) -> Shown:
+    """Log all of a bag that has a view: a door's where it holds one, else a robot's.
 
     Parameters
     ----------
     bag : Bag
     recording : rerun.RecordingStream
-    scale : float
-        Factor on elastic displacements.
+    scale : float or None
+        Factor on displacements; None: what suits a robot or a door.
     rate : float, Hz
-        Frames a second of the 3-D view.
+        Frames a second of a robot's 3-D view.
 
     Raises
     ------
     BagError
         The bag holds nothing that has a view.
     """
+    found = door_bag.topics(bag)
+    if found:
+        return show_door(bag, recording, found, DOOR_SCALE if scale is None else scale)
+    scale = ROBOT_SCALE if scale is None else scale
     state, layout, joint_topic = (of_type(bag, t) for t in (STATE, LAYOUT, JOINTS))
     used = {state, layout, joint_topic}
-    shown = Shown({}, sorted(t.name for t in bag.topics.values() if t.count and t.name not in used))
+    shown = Shown({}, others(bag, used), scale)
     if state is None and joint_topic is None:
-        raise BagError(f"{bag.path} holds neither elastic states nor joint states to show")
+        raise BagError(f"{bag.path} holds neither elastic states nor joint states, nor a door, to show")
     if state is not None and layout is None:
         raise BagError(f"{bag.path} has {state} without its layout; record elastic_layout too")
     recording.send_recording_name(bag.path.name)
@@ -84,6 +92,19 @@ def show(bag: Bag, recording: rr.RecordingStream, *, scale: float, rate: float) 
         show_joints(bag, recording, joint_topic, shown)
     recording.send_blueprint(robot.blueprint(reach, scale, strongest))
     return shown
+
+
+def others(bag: Bag, used: Collection[str | None]) -> list[str]:
+    """Return the topics with messages that are not used."""
+    return sorted(t.name for t in bag.topics.values() if t.count and t.name not in used)
+
+
+def show_door(bag: Bag, recording: rr.RecordingStream, found: dict[str, str], scale: float) -> Shown:
+    """Log a door."""
+    recording.send_recording_name(bag.path.name)
+    blueprint, rows = door_bag.show(bag, recording, found, scale)
+    recording.send_blueprint(blueprint)
+    return Shown(rows, others(bag, found.values()), scale)
 
 
 def show_robot(

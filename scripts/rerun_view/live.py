@@ -1,4 +1,4 @@
-"""Shows a running robot as it moves."""
+"""Shows a running robot or door as it moves, or burns."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,8 @@ from ..bag.definitions import definition
 from ..ros.raw_topic import RawTopic
 from ..terminal.stop import Stop
 from . import robot
-from .bag import JOINTS, LAYOUT, SHAPE, STATE
+from .bag import DOOR_SCALE, JOINTS, LAYOUT, ROBOT_SCALE, SHAPE, STATE
+from .door_live import MESH_TOPIC, LiveDoor
 from .joints import QUANTITIES, JointPlots
 from .tube import LAYOUT_FIELDS, Skeleton
 
@@ -43,22 +45,56 @@ POLL_PERIOD = 1.0 / 60.0
 DISCOVERY_PERIOD = 0.25
 
 
+@dataclass(frozen=True)
+class Kind:
+    """What is shown: its word, the node that simulates it, and the topic that says it is there."""
+
+    what: str
+    executable: str
+    topic: str
+
+
+ROBOT = Kind("robot", EXECUTABLE, LAYOUT_TOPIC)
+DOOR = Kind("door", "thermal_node", MESH_TOPIC)
+
+
+def kind_of(scene: Path) -> Kind:
+    """Say what a scene is of; what is wrong with it, its node will say."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+
+    try:
+        said = YAML(typ="safe", pure=True).load(scene.read_text(encoding="utf-8"))
+    except (YAMLError, UnicodeDecodeError):
+        return ROBOT
+    return DOOR if isinstance(said, dict) and said.get("model") == "fire_door" else ROBOT
+
+
+def shown_live(
+    kind: Kind, node: Node, recording: rr.RecordingStream, *, scale: float | None, rate: float
+) -> LiveRobot | LiveDoor:
+    """Return what shows a running robot or door."""
+    if kind is DOOR:
+        return LiveDoor(node, recording, scale=DOOR_SCALE if scale is None else scale)
+    return LiveRobot(node, recording, scale=ROBOT_SCALE if scale is None else scale, rate=rate)
+
+
 @contextmanager
-def simulator(node: Node, scene: Path, stopped: Stop) -> Iterator[None]:
-    """Start flexsim_node on a scene unless one is running, and end it afterwards.
+def simulator(node: Node, scene: Path, stopped: Stop, kind: Kind = ROBOT) -> Iterator[None]:
+    """Start the node of a scene unless one is running, and end it afterwards.
 
     Raises
     ------
     RuntimeError
         It is not installed, or ends before it publishes.
     """
-    if running(node, DISCOVERY_TIME, stopped):
+    if running(node, DISCOVERY_TIME, stopped, kind.topic):
         yield
         return
-    beside = Path(sys.executable).with_name(EXECUTABLE)
-    executable = str(beside) if beside.exists() else shutil.which(EXECUTABLE)
+    beside = Path(sys.executable).with_name(kind.executable)
+    executable = str(beside) if beside.exists() else shutil.which(kind.executable)
     if executable is None:
-        raise RuntimeError(f"no {EXECUTABLE} is running, and none is installed")
+        raise RuntimeError(f"no {kind.executable} is running, and none is installed")
     child = subprocess.Popen(
         [executable, "--ros-args", "-p", f"scene:={scene}"],
         stdin=subprocess.DEVNULL,
@@ -67,13 +103,13 @@ def simulator(node: Node, scene: Path, stopped: Stop) -> Iterator[None]:
     )
     try:
         end = time.monotonic() + START_TIMEOUT
-        while not running(node, DISCOVERY_PERIOD, stopped):
+        while not running(node, DISCOVERY_PERIOD, stopped, kind.topic):
             if stopped.asked:
                 break
             if child.poll() is not None:
-                raise RuntimeError(f"{EXECUTABLE} ended with exit code {child.returncode}")
+                raise RuntimeError(f"{kind.executable} ended with exit code {child.returncode}")
             if time.monotonic() > end:
-                raise RuntimeError(f"{EXECUTABLE} published nothing within {START_TIMEOUT:.0f} s")
+                raise RuntimeError(f"{kind.executable} published nothing within {START_TIMEOUT:.0f} s")
         yield
     finally:
         child.send_signal(signal.SIGINT)
@@ -84,10 +120,10 @@ def simulator(node: Node, scene: Path, stopped: Stop) -> Iterator[None]:
             child.wait()
 
 
-def running(node: Node, timeout: float, stopped: Stop) -> bool:
-    """Say whether a robot is published within `timeout` seconds."""
+def running(node: Node, timeout: float, stopped: Stop, topic: str = LAYOUT_TOPIC) -> bool:
+    """Say whether a topic is published within `timeout` seconds."""
     end = time.monotonic() + timeout
-    while not node.get_publishers_info_by_topic(LAYOUT_TOPIC):
+    while not node.get_publishers_info_by_topic(topic):
         if time.monotonic() > end or stopped.asked:
             return False
         time.sleep(0.02)
@@ -107,9 +143,7 @@ class LiveRobot:
         Frames a second of the 3-D view; plots get every message.
     """
 
-    def __init__(
-        self, node: Node, recording: rr.RecordingStream, *, scale: float, rate: float
-    ) -> None:
+    def __init__(self, node: Node, recording: rr.RecordingStream, *, scale: float, rate: float) -> None:
         self.node = node
         self.recording = recording
         self.scale = scale
@@ -167,9 +201,7 @@ class LiveRobot:
         assert self._skeleton is not None
         position, rigid = states["position"], states["rigid_position"]
         if self._view is None:
-            self._view = robot.RobotView(
-                self.recording, self._skeleton, scale=self.scale, full_colour=0.0
-            )
+            self._view = robot.RobotView(self.recording, self._skeleton, scale=self.scale, full_colour=0.0)
             self.recording.send_blueprint(
                 robot.blueprint(whole_reach(rigid[0].reshape(-1, 3)), self.scale, live=True)
             )
