@@ -80,7 +80,9 @@ class RobotView:
             static=True,
         )
 
-    def log_shape(self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray) -> None:
+    def log_shape(
+        self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray
+    ) -> None:
         """Log K shapes.
 
         Parameters
@@ -125,16 +127,22 @@ class RobotView:
         self.recording.send_columns(
             "robot/nodes",
             indexes=index,
-            columns=rr.Points3D.columns(positions=shown.reshape(-1, 3)).partition([shown.shape[1]] * frames),
+            columns=rr.Points3D.columns(positions=shown.reshape(-1, 3)).partition(
+                [shown.shape[1]] * frames
+            ),
         )
         # The trace is made of steps, of which the view shows the last second.
         tip = shown[:, -1]
         before = np.vstack([tip[:1] if self._tip is None else self._tip, tip[:-1]])
         steps = np.stack([before, tip], axis=1)
         self._tip = tip[-1:]
-        self.recording.send_columns("robot/tip", indexes=index, columns=rr.LineStrips3D.columns(strips=steps))
+        self.recording.send_columns(
+            "robot/tip", indexes=index, columns=rr.LineStrips3D.columns(strips=steps)
+        )
 
-    def log_deflection(self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray) -> None:
+    def log_deflection(
+        self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray
+    ) -> None:
         """Log how far the tip, the last node, is from where the rigid robot has it, in mm."""
         tip = np.linalg.norm(position[:, -3:] - rigid_position[:, -3:], axis=1)
         self.recording.send_columns(
@@ -216,5 +224,7 @@ def blueprint(
         ),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="following" if live else "playing"),
+        rrb.TimePanel(
+            state="collapsed", timeline=TIMELINE, play_state="following" if live else "playing"
+        ),
     )

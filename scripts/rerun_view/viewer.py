@@ -75,7 +75,8 @@ def spawn(port: int) -> None:
                 return
         time.sleep(0.05)
     raise RuntimeError(
-        f"rerun's viewer did not start (its exit code: {viewer.poll()}); --save FILE.rrd needs no viewer"
+        f"rerun's viewer did not start (its exit code: {viewer.poll()}); "
+        "--save FILE.rrd needs no viewer"
     )
 
 
