@@ -1,15 +1,19 @@
-"""The robot's equations by another road: Lagrange's equations of sampled points of the displaced chain.
+"""The robot's equations by another road: Lagrange's equations of sampled points of the displaced
+chain.
 
 Every element is filled with Gauss points (x, y, z) of the field
 
     p = o_l(q) + R_l(q) (x + N(x, y, z) d_l),    d_l = T_l(q) u
 
 built with 4 x 4 Denavit-Hartenberg matrices in the base frame.  Kinetic energy is the sum over the points,
-strain energy that of the strains at the Gauss points.  Derivatives are taken by complex steps, which are
-exact to rounding; nothing here knows of angular velocities, mass matrices or recursions, and nothing but
+strain energy that of the strains at the Gauss points.  Derivatives are taken by complex steps,
+which are
+exact to rounding; nothing here knows of angular velocities, mass matrices or recursions, and
+nothing but
 the scene and the section constants is taken from flexsim_node.
 
-Coordinates, in the order of flexsim's unknowns: the joints' q; then link by link the joint's own elastic
+Coordinates, in the order of flexsim's unknowns: the joints' q; then link by link the joint's own
+elastic
 rotation (where it is not zeroed) and the free dofs of nodes 1, 2, ... in beam axes.
 """
 
@@ -65,7 +69,9 @@ def rotation_x(angle: float) -> np.ndarray:
 
 
 def shape(xi: float, length: float, phi: float) -> tuple[np.ndarray, ...]:
-    """Deflection, slope, rotation, curvature for (w1, t1, w2, t2) (Przemieniecki 1968, section 11.3)."""
+    """Deflection, slope, rotation, curvature for (w1, t1, w2, t2) (Przemieniecki 1968, section
+    11.3).
+    """
     k = 1.0 / (1.0 + phi)
     w = k * np.array(
         [
@@ -198,7 +204,7 @@ def build_body(body, end: float, axes: np.ndarray) -> Element:
             arm = axes.T @ (np.array(body.center_of_mass) + arm)
             row = np.zeros((3, 12))
             row[:, 6:9], row[:, 9:12] = np.eye(3), -cross_matrix(arm)
-            points.append(arm + [end, 0, 0])
+            points.append(arm + np.array([end, 0.0, 0.0]))
             fields.append(row)
     return Element(np.array(points), np.array(fields), np.full(6, body.mass / 6))
 
@@ -212,9 +218,7 @@ class IndependentChain:
 
     def __init__(self, scene: Scene, planar: bool = False, zeroed: list | None = None) -> None:
         self.scene = scene
-        self.damping = (
-            (scene.damping.alpha, scene.damping.beta) if scene.effects.damping else (0, 0)
-        )
+        self.damping = (scene.damping.alpha, scene.damping.beta) if scene.effects.damping else (0, 0)
         self.gravity = np.array(scene.gravity if scene.effects.gravity else (0.0, 0.0, 0.0))
         self.joints = len(scene.joints)
         held = {} if zeroed is None else {(n, i): np.asarray(d) for n, i, d in zeroed}
@@ -229,7 +233,7 @@ class IndependentChain:
             if (
                 zeroed is not None
                 and link.joint.type == "revolute"
-                and not any(l == number and i == 0 for l, i, _ in zeroed)
+                and not any(at == number and i == 0 for at, i, _ in zeroed)
             ):
                 own, n = n, n + 1
             e = scene.effects
@@ -251,9 +255,7 @@ class IndependentChain:
                 build_element(scene, link, i * step, step, flexible)
                 for i in range(count if link.beam is not None else 0)
             ]
-            bodies = [
-                build_body(b, length, axes) for b in (link.rigid, link.payload) if b and b.mass > 0
-            ]
+            bodies = [build_body(b, length, axes) for b in (link.rigid, link.payload) if b and b.mass > 0]
             self.links.append((link, along, axes, step, own, nodes, elements, bodies))
         self.unknowns = n
 

@@ -1,4 +1,6 @@
-"""A scene's rigid chain in Pinocchio, whose articulated-body algorithm is the rigid limit's reference."""
+"""A scene's rigid chain in Pinocchio, whose articulated-body algorithm is the rigid limit's
+reference.
+"""
 
 from __future__ import annotations
 

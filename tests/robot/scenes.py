@@ -37,7 +37,9 @@ def two_link(**keys) -> dict:
 
 
 def anthropomorphic(**keys) -> dict:
-    """Table 2.2 of the thesis with link 1's long side along joint 2's axis, as the reference has it."""
+    """Table 2.2 of the thesis with link 1's long side along joint 2's axis, as the reference has
+    it.
+    """
     right_angle = 1.5707963267948966
     return robot(
         link("link_1", {"d": 0.5, "alpha": right_angle}, 0.01, 0.03),

@@ -11,7 +11,9 @@ from flexsim_node.simulation import Simulation
 
 
 def softened(scene, **keys):
-    """A soft version of a scene that a tight explicit reference can afford, thrown with some speed."""
+    """A soft version of a scene that a tight explicit reference can afford, thrown with some
+    speed.
+    """
     m = 0
     for part in scene["links"]:
         if "beam" in part:
@@ -58,7 +60,9 @@ def test_kept_without_damping_and_torque(name):
     ("scene", "allowed"), [(two_link(), 2e-5), (anthropomorphic(), 2e-4)], ids=["planar", "spatial"]
 )
 def test_drift_of_the_default_integrator(scene, allowed):
-    """Undamped steel robots in free fall at 1 ms.  Measured: 9e-6 and 5e-5 of the energy exchanged in 1 s."""
+    """Undamped steel robots in free fall at 1 ms.  Measured: 9e-6 and 5e-5 of the energy exchanged
+    in 1 s.
+    """
     run = simulate(load_scene(scene), duration=1.0)
     assert run.status == "ok"
     assert np.max(np.abs(run.energy - run.energy[0])) < allowed * exchanged(scene, 1.0)

@@ -25,21 +25,18 @@ def test_two_link_robot_joints_locked():
 def test_two_link_robot_joints_free():
     """Free joints: one zero each, then the bending of a hinged chain."""
     scene = two_link(effects=POINTS)
-    found = natural_frequencies(
-        load_scene(scene, with_elements(scene, 16)), [0.0, 0.0], locked=False
-    )
+    found = natural_frequencies(load_scene(scene, with_elements(scene, 16)), [0.0, 0.0], locked=False)
     assert np.array_equal(found[:2], [0.0, 0.0])
     assert np.allclose(found[2:5], [8.34739, 64.83942, 159.768], rtol=2e-5)
 
 
 def test_convergence_with_elements():
-    """Frequencies fall to the limit with the fourth power of the element's length, as Hermite cubics do."""
+    """Frequencies fall to the limit with the fourth power of the element's length, as Hermite
+    cubics do.
+    """
     scene = two_link(effects=POINTS)
     found = np.array(
-        [
-            natural_frequencies(load_scene(scene, with_elements(scene, n)), [0, 0])[:4]
-            for n in (2, 4, 8, 16)
-        ]
+        [natural_frequencies(load_scene(scene, with_elements(scene, n)), [0, 0])[:4] for n in (2, 4, 8, 16)]
     )
     assert np.allclose(found[-1], LIMIT, rtol=2e-5)
     fall = found[:-1] - found[1:]
@@ -91,7 +88,9 @@ def test_torsion_constant_of_a_rectangle():
 
 @pytest.mark.parametrize("zeroed", ["chord", "C"])
 def test_frequencies_do_not_depend_on_the_rigid_link_system(zeroed):
-    """Locked joints are locked motors, and the robot's frequencies are its own, whatever is zeroed."""
+    """Locked joints are locked motors, and the robot's frequencies are its own, whatever is
+    zeroed.
+    """
     listed = [{"link": f"link_{k}", "node": 2, "dof": "rz"} for k in (1, 2, 3)]
     erls = {"zeroed": "chord" if zeroed == "chord" else listed}
     root = load_scene(anthropomorphic())

@@ -1,6 +1,7 @@
 """The equations of motion are those of the displacement field, with nothing left out.
 
-Accelerations and energies of random states are compared with Lagrange's equations of the same field, built
+Accelerations and energies of random states are compared with Lagrange's equations of the same
+field, built
 another way (independent_chain.py).
 """
 
@@ -26,9 +27,7 @@ SOFT = {"elements": 2, "youngs_modulus": 1e9}
 def oblique(**keys):
     """Skew joints, unequal sections, offsets in every DH parameter, a payload, gravity askew."""
     return robot(
-        link(
-            "a", {"a": 0.3, "alpha": 0.7, "d": 0.2, "theta": 0.4}, 0.05, 0.02, beam={"elements": 1}
-        ),
+        link("a", {"a": 0.3, "alpha": 0.7, "d": 0.2, "theta": 0.4}, 0.05, 0.02, beam={"elements": 1}),
         link("b", {"a": 0.4, "alpha": -1.1, "d": -0.1}, 0.02, 0.03, beam=SOFT, payload=PAYLOAD),
         link("c", {"a": -0.2, "alpha": 0.3, "d": 0.3, "theta": -0.9}, 0.03, 0.02),
         **{"gravity": [3.0, -5.0, -7.0], **keys},
@@ -36,7 +35,9 @@ def oblique(**keys):
 
 
 def pieces(**keys):
-    """A rigid link between flexible ones, a wrist of zero length with a body, a fixed joint, a rigid end."""
+    """A rigid link between flexible ones, a wrist of zero length with a body, a fixed joint, a
+    rigid end.
+    """
     body = {"mass": 0.9, "center_of_mass": [0.01, -0.03, 0.05], "inertia": INERTIA}
     return robot(
         link("a", {"a": 0.4, "alpha": 0.5}, beam={"elements": 1}),
@@ -113,7 +114,7 @@ def random_state(model, rng, size):
 
 
 def compare(scene, zeroed=None, size=3e-3, seed=1):
-    robot_now = Simulation(load_scene(scene))
+    robot_now = Simulation(load_scene(scene, {"erls.zeroed": "root"} if zeroed is None else None))
     model = robot_now.model
     road = IndependentChain(model.scene, model.planar, zeroed)
     assert road.unknowns == model.unknowns
@@ -127,7 +128,8 @@ def compare(scene, zeroed=None, size=3e-3, seed=1):
         assert acceleration(model.chain, robot_now.work, x, v, torque, found) == 0
         right = road.acceleration(x, v, torque)
         assert np.allclose(found, right, rtol=0, atol=2e-9 * np.max(np.abs(right)))
-        # joints' accelerations are small beside the elastic ones in a stiff chain: alone they count too
+        # joints' accelerations are small beside the elastic ones in a stiff chain: alone they
+        # count too
         assert np.allclose(found[:m], right[:m], rtol=0, atol=1e-8 * np.max(np.abs(right[:m])))
         robot_now.x[:], robot_now.v[:] = x, v
         kinetic, elastic, height = robot_now.energy()
@@ -194,7 +196,9 @@ def test_zeroed_dof_askew_to_the_beam():
 
 
 def test_planar_double_pendulum_of_the_thesis():
-    """Equation 2.60: the deflection of node 2 and the rotation of node 3 are zeroed, one element a link."""
+    """Equation 2.60: the deflection of node 2 and the rotation of node 3 are zeroed, one element a
+    link.
+    """
     scene = two_link(erls=zero(("link_1", 1, "y"), ("link_2", 0, "rz")))
     for part in scene["links"]:
         part["beam"]["elements"] = 1

@@ -1,4 +1,6 @@
-"""Large motion of flexible robots, against geometrically exact beams of another program (data/README.md)."""
+"""Large motion of flexible robots, against geometrically exact beams of another program
+(data/README.md).
+"""
 
 import numpy as np
 import pytest
@@ -24,7 +26,8 @@ def distance(run, reference):
 
 @pytest.mark.parametrize(("rotary_inertia", "allowed"), [(False, 2e-4), (True, 5e-4)])
 def test_falling_two_link_robot(rotary_inertia, allowed):
-    """2 elements a link, 1 ms, default integrator: link ends stay by the reference for a whole second.
+    """2 elements a link, 1 ms, default integrator: link ends stay by the reference for a whole
+    second.
 
     Measured: 0.007 mm, and 0.36 mm with the rotary inertia that the reference does not have.
     """
@@ -58,7 +61,8 @@ def test_other_real_time_methods(method):
 
 
 def test_slewing_beam_stiffens():
-    """A beam that spins above its first bending frequency stays straight: it is stiffened, not only softened.
+    """A beam that spins above its first bending frequency stays straight: it is stiffened, not
+    only softened.
 
     Wu & Haug's slewing beam; without geometric stiffening it would bend by metres.
     """

@@ -1,4 +1,6 @@
-"""With rigid links the robot is Pinocchio's: its joint angles after a second, and the torques that hold it."""
+"""With rigid links the robot is Pinocchio's: its joint angles after a second, and the torques that
+hold it.
+"""
 
 import numpy as np
 import pinocchio

@@ -90,7 +90,7 @@ ROOT_2 = "link: link_2, node: 0, dof: rz"
         ("shear: false", "shear: auto", 17, "effects.shear: is 'auto'; give true or false"),
         ("{gravity: true, shear: false}", "[shear]", 17, "effects: is a list of 1; give keys such"),
         ("rosenbrock_w", "rosenbrock", 18, "solver.method: is 'rosenbrock'; give 'rosenbrock_w'"),
-        ("zeroed: root", "zeroed: auto", 15, "erls.zeroed: is 'auto'; give 'root' or 'chord'"),
+        ("zeroed: root", "zeroed: rot", 15, "erls.zeroed: is 'rot'; give 'root', 'chord' or"),
         ("zeroed: root", listed("link: link_9, node: 1, dof: rz", ROOT_2), 15, "zeroed.0.link: is 'li"),
         ("zeroed: root", listed("link: link_1, node: 1, dof: rw", ROOT_2), 15, "zeroed.0.dof: is 'rw'"),
         ("zeroed: root", listed("link: link_1, node: -1, dof: rz", ROOT_2), 15, "node: is -1; give at"),

@@ -12,7 +12,7 @@ from flexsim_node import SceneError, load_scene, simulate
 CHOICES = {"root": {"zeroed": "root"}, **{name: erls for name, (erls, _) in SETS.items()}}
 
 
-def driven(erls, modulus):
+def driven(erls, modulus, method="generalized_alpha"):
     """The driven robot of the reference, with stiffness-proportional damping of the same ratio."""
     scene = anthropomorphic(erls=erls, damping={"alpha": 0.0, "beta": 4e-5 * 2e11 / modulus})
     overrides = {f"links.{k}.beam.youngs_modulus": modulus for k in range(3)}
@@ -20,6 +20,7 @@ def driven(erls, modulus):
     def torque(t):
         return np.array([5.0 * np.sin(2 * np.pi * t), 0.0, 0.0])
 
+    overrides["solver.method"] = method
     run = simulate(load_scene(scene, overrides), torque, 0.5, sample_period=0.01)
     assert run.status == "ok"
     return run
@@ -28,9 +29,7 @@ def driven(erls, modulus):
 @pytest.fixture(scope="module")
 def runs():
     return {
-        (name, modulus): driven(erls, modulus)
-        for name, erls in CHOICES.items()
-        for modulus in (5e10, 2e10)
+        (name, modulus): driven(erls, modulus) for name, erls in CHOICES.items() for modulus in (5e10, 2e10)
     }
 
 
@@ -59,13 +58,36 @@ def test_difference_grows_with_the_squared_rotation(runs):
 
 
 @pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            name,
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="the default method with one factorisation a step is 1.3 mm off with set C at 1 ms",
+            )
+            if name == "C"
+            else [],
+        )
+        for name in CHOICES
+    ],
+)
+def test_default_integrator_whatever_is_zeroed(name):
+    """At 1 ms with the default method, steel: each choice moves as `root` under generalized-alpha does."""
+    right = driven(CHOICES["root"], 2e11)
+    run = driven(CHOICES[name], 2e11, "rosenbrock_w")
+    rotation = np.max(np.abs(right.node_displacement[:, :, 3:]))
+    assert np.max(np.linalg.norm(run.link_end - right.link_end, axis=2)) < rotation**2
+
+
+@pytest.mark.parametrize(
     ("zeroed", "said"),
     [
         ([("link_2", 2, "rz"), ("link_2", 0, "rz"), ("link_3", 0, "rz")], "J_0 is singular"),
         ([("link_1", 2, "x"), ("link_2", 0, "rz"), ("link_3", 0, "rz")], "J_0 is singular"),
         ([("link_2", 0, "rz"), ("link_3", 0, "rz")], "lists 2 dofs for 3 revolute joints"),
         ([("link_2", 0, "rz"), ("link_2", 0, "rz"), ("link_3", 0, "rz")], "listed twice"),
-        ([("link_1", 2, "rz"), ("link_2", 3, "rz"), ("link_3", 0, "rz")], "its end is node 2"),
+        ([("link_1", 2, "rz"), ("link_2", 3, "rz"), ("link_3", 0, "rz")], "the end of link_2 is node 2"),
         ([("link_1", 2, "rz"), ("link_2", 0, "ry"), ("link_3", 0, "rz")], "only rz"),
     ],
 )
