@@ -19,6 +19,12 @@ if TYPE_CHECKING:
 MINUTE = 60.0
 MILLIMETRES = 1e3
 REPORTS = (".html", ".md")
+FURNACE_TYPE = "sensor_msgs/msg/Temperature"
+FURNACE_TOPICS = ("furnace/measured_temperature", "furnace/temperature")
+# Stamps beyond this, s, are those of a clock on the wall, not of a fire.
+WALL_CLOCK = 1e8
+# s of a fire that may be missing at a log's beginning; its first value is held for them.
+LATEST_START = 30.0
 
 
 @click.group(subcommand_metavar="simulate|fit [ARGS]...")
@@ -49,6 +55,8 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print one JS
 @click.option("--sample-period", type=click.FloatRange(0.0, min_open=True), default=60.0,
               show_default=True, metavar="SECONDS", help="Between samples.")  # fmt: skip
 @set_option
+@click.option("--furnace", type=click.Path(), metavar="BAG|LOG.csv",
+              help="Burn it in the furnace that was measured, instead of the scene's.")  # fmt: skip
 @click.option("--report", type=click.Path(dir_okay=False), metavar="FILE.html",
               help="Write a report with curves, verdict and inputs; FILE.md also.")  # fmt: skip
 @click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.npz",
@@ -59,13 +67,16 @@ def simulate_door(
     duration: float,
     sample_period: float,
     settings: tuple[str, ...],
+    furnace: str | None,
     report: str | None,
     save: str | None,
     as_json: bool,
 ) -> None:
     """Burn a door without ROS, as fast as it goes.
 
-    SCENE is a YAML file, such as config/thesis_door.yaml.
+    SCENE is a YAML file, such as config/thesis_door.yaml. A measured furnace is the topic
+    furnace/measured_temperature of a bag, or else furnace/temperature; or a CSV file with columns
+    time, s, and temperature, °C.
 
     \b
     Example:
@@ -74,6 +85,8 @@ def simulate_door(
     """
     check_targets(report, save)
     overrides = dict(map(setting, settings))
+    if furnace:
+        overrides = {"furnace": measured_furnace(Path(furnace))} | overrides
 
     from thermal_node import load_scene, simulate
 
@@ -212,6 +225,37 @@ def check_targets(report: str | None, save: str | None) -> None:
     for target in (report, save):
         if target and not Path(target).absolute().parent.is_dir():
             raise click.ClickException(f"{Path(target).parent} does not exist; make it first")
+
+
+def measured_furnace(path: Path) -> dict[str, Any]:
+    """Return a scene's furnace from a CSV file or a bag.
+
+    Raises
+    ------
+    BagError
+        The bag holds no furnace, or misses the beginning of the fire.
+    """
+    if path.is_file() and path.suffix == ".csv":
+        return {"curve": "measured", "file": str(path.absolute())}
+    import numpy as np
+
+    from .bag import Bag, BagError
+
+    bag = Bag(path)
+    recorded = {t.name for t in bag.topics.values() if t.type == FURNACE_TYPE and t.count}
+    topic = next((name for end in FURNACE_TOPICS for name in recorded if name.endswith(end)), None)
+    if topic is None:
+        raise BagError(f"{path} holds no {' or '.join(FURNACE_TOPICS)}; record one of them")
+    time, temperature = bag.array(topic, "temperature", clock="stamp")
+    if not (np.diff(time) > 0.0).any():  # a publisher that does not stamp
+        time, temperature = bag.array(topic, "temperature")
+    if time[0] > WALL_CLOCK:
+        time = time - time[0]
+    if time[0] > LATEST_START:
+        raise BagError(f"{path}: {topic} begins at {time[0]:.0f} s of the fire; start recording before it")
+    # A door that stands still says the same again and again.
+    time, first = np.unique(time, return_index=True)
+    return {"curve": "measured", "time": time, "temperature": temperature[first]}
 
 
 def same_make(larger: Scene, result: Fit) -> Scene:

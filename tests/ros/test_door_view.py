@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
-from door_process import PATIENCE, SCENE, SMALL, words
+from door_process import PATIENCE, SCENE, SMALL, Door, words
 from flexsim.bag import Bag
 from flexsim.rerun_view.leaf import NORMALS, skins
 from processes import Background, command, flexsim, ros_environment
@@ -50,12 +50,18 @@ def burnt(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("burnt")
     environment = ros_environment()
     bag = folder / "run"
-    recorder = Background(command("record", "-o", bag, "/door/*", "/furnace/temperature"),
-                          environment, folder)  # fmt: skip
+    topics = ("/door/*", "/furnace/temperature")
+    recorder = Background(command("record", "-o", bag, *topics), environment, folder)
     recorder.wait_for("recording to")
-    node = Background(
-        words(time_scale=60.0, duration=200.0, deflection_period=50.0, **SMALL), environment, folder
-    )
+    # It waits for its furnace, so that nothing burns before the recorder listens.
+    start = words(time_scale=60.0, duration=200.0, deflection_period=50.0, wait_for_furnace=True,
+                  **SMALL)  # fmt: skip
+    node = Background(start, environment, folder)
+    for topic in ("/door/mesh", "/door/criteria", "/door/deflection", "/furnace/temperature"):
+        recorder.wait_for(f"+ {topic} ", PATIENCE)
+    listener = Door(node, int(environment["ROS_DOMAIN_ID"]))
+    listener.measure(700.0)
+    listener.close()
     node.wait_for("ended at 200 s", PATIENCE)
     node.process.send_signal(signal.SIGTERM)
     assert node.end() == 0
@@ -96,6 +102,26 @@ def test_the_recorded_door(burnt: Path, tmp_path: Path) -> None:
     limits = np.concatenate(cells(rrd, "/door/thermocouples/limit_maximum", "Scalars:scalars"))
     np.testing.assert_allclose(limits, 200.0)  # 180 K above a cold door of 20 degrees
     assert field.min() > 19.0
+
+
+def test_a_recorded_furnace_burns_the_same_door(burnt: Path) -> None:
+    """`flexsim door simulate --furnace BAG` gives what the furnace did to the door before."""
+    overrides = {k.removeprefix("override__").replace("__", "."): v for k, v in SMALL.items()}
+    settings = [word for k, v in overrides.items() for word in ("--set", f"{k}={json.dumps(v)}")]
+    done = flexsim("door", "simulate", SCENE, *settings, "--furnace", burnt, "-d", "200", "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    bag = Bag(burnt)
+    _, names = bag.array("/door/thermocouples", "name")
+    _, readings = bag.array("/door/thermocouples", "temperature")
+    before = dict(zip(names[-1], readings[-1], strict=True))
+    # The log is straight between its seconds, and the furnace leapt in the first.
+    for name in ("exposed_centre", "tc_1", "tc_12"):
+        assert said["probes"][name] == pytest.approx(before[name], abs=3.0), name
+    assert said["probes"]["exposed_centre"] > 300.0
+    done = flexsim("door", "simulate", SCENE, "--furnace", burnt.parent / "nowhere")
+    assert done.returncode == 1
+    assert "nowhere does not exist" in done.stderr
 
 
 def test_a_door_that_burns(tmp_path: Path) -> None:
