@@ -24,7 +24,7 @@ OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
 # rows of Workspace.node
 DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
 # entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next
-# step's first stage too (not where q follows a flexible link's root: q then swings with the elastic modes)
+# step's first stage too (where q follows the links' chords; at their roots it swings with the elastic modes)
 GRAVITY, ALPHA, BETA, KEEP = 0, 3, 4, 5
 
 

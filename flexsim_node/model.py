@@ -291,10 +291,7 @@ def build_model(
             link_table[n, 8] += 1
     gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
     rayleigh = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
-    rooted = any(
-        link.flexible and link.beam is not None and (0, 5) in zeroed[n]
-        for n, link in enumerate(scene.links)
-    )
+    at_chords = scene.erls.zeroed in ("chord", "auto") and not driven
     chain = Chain(
         dofs=tuple(dofs),
         link=link_table,
@@ -309,7 +306,7 @@ def build_model(
         body_mass=np.array(body_masses).reshape(-1, b, b),
         body_place=np.array(body_nodes, dtype=np.int64),
         place=np.array(places),
-        setting=np.array([*gravity, *rayleigh, 0.0 if rooted else 1.0]),
+        setting=np.array([*gravity, *rayleigh, 1.0 if at_chords else 0.0]),
     )
     for array in chain[1:]:
         array.setflags(write=False)

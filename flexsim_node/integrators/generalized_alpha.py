@@ -77,7 +77,7 @@ def step(chain, work, x, v, torque, motion, h, option):
         xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
         ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
     drive_joints(chain, work, motion[2], xe, ve, an)
-    if not finite(xe, ve):
+    if not finite(xe, ve, torque.shape[1]):
         return NOT_FINITE
     for i in range(n):
         x[i], v[i], a[i] = xe[i], ve[i], an[i]

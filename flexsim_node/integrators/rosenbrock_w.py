@@ -13,8 +13,8 @@ predicted Xi in place of the exact Jacobian.  The predictor is O(h) off and the 
 stage is O(h^2) off and the order stays two for any C and K: a W-method in the sense of Steihaug & Wolfbrandt
 (Math. Comp. 33 (1979) 521).
 
-The second stage's factorisation serves the next step's first stage as well (0.29 h away), unless q follows
-the roots of flexible links.
+Where q follows the links' chords the second stage's factorisation serves the next step's first stage as well
+(0.29 h away); elsewhere q swings with the elastic modes and that is not accurate enough.
 
 Why not ROS2 itself: linearised about the start of the step, its stage forces in stiff directions (axial, and
 bending of short elements) are out of balance once the links turn.  It stays of second order, but its error is
@@ -130,7 +130,7 @@ def step(chain, work, x, v, torque, motion, h, option):
     if status != OK:
         return status
     drive_joints(chain, work, motion[2], x2, v2, a)
-    if not finite(x2, v2):
+    if not finite(x2, v2, torque.shape[1]):
         return NOT_FINITE
     for i in range(n):
         x[i], v[i], work.memory[i] = x2[i], v2[i], a[i]

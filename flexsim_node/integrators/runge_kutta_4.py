@@ -34,7 +34,7 @@ def step(chain, work, x, v, torque, motion, h, option):
     for i in range(n):
         x2[i], v2[i] = x[i] + dx[i], v[i] + dv[i]
     drive_joints(chain, work, motion[2], x2, v2, k)
-    if not finite(x2, v2):
+    if not finite(x2, v2, torque.shape[1]):
         return NOT_FINITE
     for i in range(n):
         x[i], v[i] = x2[i], v2[i]

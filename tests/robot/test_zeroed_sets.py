@@ -57,21 +57,7 @@ def test_difference_grows_with_the_squared_rotation(runs):
     assert np.log(soft / stiff) / np.log(bent) == pytest.approx(2.0, abs=0.25)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(
-            name,
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="the default method with one factorisation a step is 1.3 mm off with set C at 1 ms",
-            )
-            if name == "C"
-            else [],
-        )
-        for name in CHOICES
-    ],
-)
+@pytest.mark.parametrize("name", CHOICES)
 def test_default_integrator_whatever_is_zeroed(name):
     """At 1 ms with the default method, steel: each choice moves as `root` under generalized-alpha does."""
     right = driven(CHOICES["root"], 2e11)
