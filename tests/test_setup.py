@@ -102,7 +102,7 @@ def test_an_interrupted_set_up_is_begun_again(checkout: Path) -> None:
 def test_a_checkout_that_was_moved_is_set_up_again(checkout: Path) -> None:
     stamps = checkout / ".venv/stamps"
     stamps.mkdir(parents=True)
-    for name in ("venv", "messages", "project"):
+    for name in ("venv", "messages", "project", "kernels"):
         (stamps / name).touch()
     (stamps / "place").write_text(f"{checkout.resolve()}\n")
     assert "Nothing to be done" in make("-n", "setup", cwd=checkout).stdout
