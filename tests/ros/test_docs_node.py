@@ -9,8 +9,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("rclpy")
 from processes import Background, ros_environment
 
 from flexsim_node.settings import meanings

@@ -9,8 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy")
 from door_process import PATIENCE, SCENE, SMALL, Door, words
 from flexsim.bag import Bag
 from flexsim.rerun_view.leaf import NORMALS, skins

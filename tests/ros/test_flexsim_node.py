@@ -10,8 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy")
 from processes import Background, ros_environment
 from robot_process import PATIENCE, SCENE, robot, seconds, words
 
@@ -130,7 +128,8 @@ def test_command_timeout(tmp_path: Path) -> None:
 
 def test_whoever_comes_late_hears_what_the_robot_is(tmp_path: Path) -> None:
     """Layout and description are latched; the description has this robot's shape and weight."""
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     with robot(tmp_path, wait_for_command=True, override__initial__position=START) as arm:
         arm.connected()
         arm.listen()

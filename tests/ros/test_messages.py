@@ -6,13 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import flexsim_msgs.msg as flexsim_msgs
 import numpy as np
 import pytest
-
-flexsim_msgs = pytest.importorskip("flexsim_msgs.msg", reason="make setup builds flexsim_msgs")
-
-from ament_index_python.packages import get_package_share_directory  # noqa: E402
-from rclpy.serialization import deserialize_message, serialize_message  # noqa: E402
+from ament_index_python.packages import get_package_share_directory
+from rclpy.serialization import deserialize_message, serialize_message
 
 pytestmark = pytest.mark.ros
 SCHEMA = Path(__file__).parents[2] / "msgs_schema" / "msg"

@@ -9,8 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy")
 from door_process import PATIENCE, SCENE, SMALL, door, seconds, words
 from processes import Background, ros_environment
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rerun")
 from flexsim.rerun_view.tube import SIDES, Skeleton, Tube, curve_weights
 
 # Two links of three nodes; they share a place, not a node.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "reference"
+DATA = Path(__file__).parent / "data"
 
 CALIBRATED_WOOL = [0.035, 0.043, 0.073, 0.17, 0.30]
 """W/(m K) at 10, 100, 300, 600 and 1000 °C: the table of the reference data."""

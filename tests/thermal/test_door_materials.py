@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-from door_scenes import SHARED
+from door_scenes import DATA
 
 from thermal_node import Measured, load_scene
 from thermal_node.burners import LumpedFurnace
@@ -21,10 +21,9 @@ from thermal_node.materials import (
 )
 from thermal_node.schema import Burners
 
-TABLE = SHARED / "ec3_steel_table.csv"
+TABLE = DATA / "ec3_steel_table.csv"
 
 
-@pytest.mark.skipif(not TABLE.exists(), reason="no reference data beside the checkout")
 def test_steel_is_eurocode_3():
     with TABLE.open() as file:
         rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
