@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
-from .scene import Link, Scene, SceneError
+from .scene import Scene, SceneError
+from .schema import Link
 
 
 def rotation_x(angle: float) -> np.ndarray:

@@ -28,7 +28,8 @@ from .beam import (
 from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
 from .erls import beam_axes, erls_condition, rotation_x, zeroed_directions
 from .rigid_body import body_vectors, pseudo_inertia
-from .scene import Link, Payload, Scene, SceneError
+from .scene import Scene, SceneError
+from .schema import Link, Payload
 from .section import section
 
 PLANAR_DOFS = [0, 1, 5]

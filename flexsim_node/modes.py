@@ -9,7 +9,8 @@ from .chain import workspace
 from .dynamics import residual, stiffness_times
 from .kinematics import place
 from .model import Model, build_model
-from .scene import Erls, Scene
+from .scene import Scene
+from .schema import Erls
 from .statics import check_position
 
 

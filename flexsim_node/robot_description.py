@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .model import beam_axes, rotation_x
-from .scene import Beam, Link, Scene
+from .schema import Beam, Link, Scene
 from .section import section
 
 BASE, TIP = "base", "tip"

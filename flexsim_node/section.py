@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .scene import Beam
+from .schema import Beam
 
 
 class Section(NamedTuple):

@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flexsim_node.scene import Link, Scene
+from flexsim_node.schema import Link, Scene
 from flexsim_node.section import section
 
 STEP = 1e-30  # of the complex derivative; no difference is taken, so it can be this small
