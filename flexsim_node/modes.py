@@ -1,67 +1,172 @@
-"""Natural frequencies of a robot in a configuration."""
+"""Natural frequencies and mode shapes of a robot, in one configuration or over a grid of them."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh
 
+from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, bending_stiffness
 from .chain import workspace
-from .dynamics import residual, stiffness_times
-from .kinematics import place
-from .model import Model, build_model
-from .scene import Scene
-from .schema import Erls
-from .statics import check_position
+from .model import Model, build_model, element_row
+from .observation import Observation
+from .schema import Erls, Scene
+from .statics import check_position, rest_shape
+from .tangent import differences, elastic_stiffness, mass_matrix, stiffness_matrix
+
+KINDS = ("axial", "torsion", "bending_y", "bending_z")
 
 
-def mass_and_stiffness(model: Model, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Dense (n, n) mass and elastic stiffness at the unknowns x (n,)."""
-    n = model.unknowns
-    work, torque = workspace(model.chain), np.zeros(model.joints)
-    zero, base, column = np.zeros(n), np.zeros(n), np.zeros(n)
-    mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
-    residual(model.chain, work, x, zero, zero, torque, base)
-    for k, unit in enumerate(np.eye(n)):
-        residual(model.chain, work, x, zero, unit, torque, column)
-        mass[:, k] = base - column
-    place(model.chain, work, x)
-    for k, unit in enumerate(np.eye(n)):
-        stiffness_times(model.chain, work, unit, 1.0, column)
-        stiffness[:, k] = column
-    return 0.5 * (mass + mass.T), 0.5 * (stiffness + stiffness.T)
+@dataclass(frozen=True)
+class Modes:
+    """Undamped modes of a robot in one configuration; K modes, N nodes, L links.
+
+    Attributes
+    ----------
+    frequency : (K,) Hz, rising
+    shape : (K, N, 3) translations of the nodes in the base frame, m for a modal coordinate of 1 kg^1/2 m
+    node_position : (N, 3) about which they swing, base frame, m
+    share : (K, L, 4) of the strain energy in each link's extension, torsion, bending about beam y and about
+        beam z; what is left to 1 lies in the joints (and with loads in the geometric stiffness)
+    link_names : (L,); node_link : (N,) link of every node
+    """
+
+    frequency: np.ndarray
+    shape: np.ndarray
+    node_position: np.ndarray
+    share: np.ndarray
+    link_names: tuple[str, ...]
+    node_link: np.ndarray
+
+    def name(self, mode: int) -> str:
+        """What a mode does most: `link_2 bending_z 81 %, link_1 torsion 12 %`, or `rigid`."""
+        share = self.share[mode]
+        parts = [(value, n, k) for (n, k), value in np.ndenumerate(share) if value >= 0.1]
+        if not np.any(share > 0.0):
+            return "rigid"
+        largest = sorted(parts, reverse=True)[:3]
+        words = [f"{self.link_names[n]} {KINDS[k]} {100 * value:.0f} %" for value, n, k in largest]
+        joints = 1.0 - float(share.sum())
+        if joints >= 0.1:
+            words.append(f"joints {100 * joints:.0f} %")
+        return ", ".join(words) or "spread over many links"
 
 
 def natural_frequencies(
-    scene: Scene, position: np.ndarray | list[float], locked: bool = True
+    scene: Scene, position: np.ndarray | list, locked: bool = True, loaded: bool = False
 ) -> np.ndarray:
-    """Undamped natural frequencies of the undeformed robot, Hz, in rising order.
+    """Undamped natural frequencies, Hz, in rising order.
+
+    Parameters
+    ----------
+    position : (m,) joint coordinates, or (K, m) for K configurations
+    locked : joints held; where False they are free, and each gives a frequency of zero
+    loaded : about the static equilibrium under gravity, with the stiffness of its loads (then free joints
+        may swing; what falls over counts as zero), instead of about the undeformed robot
+
+    Bending, torsion and extension in space count, also where the scene's motion is planar.
+
+    Returns
+    -------
+    (n,), or (K, n) for K configurations
+
+    Raises
+    ------
+    ArithmeticError
+        where `loaded` and there is no stable equilibrium
+    """
+    model = spatial_model(scene)
+    places = np.asarray(position, dtype=float)
+    if places.ndim == 2:
+        return np.array([frequencies_at(model, at, locked, loaded) for at in places])
+    return frequencies_at(model, places, locked, loaded)
+
+
+def frequencies_at(model: Model, position: np.ndarray, locked: bool, loaded: bool) -> np.ndarray:
+    """Frequencies (n,) in one configuration."""
+    mass, stiffness, _ = matrices(model, position, loaded)
+    squared = eigenvalues(mass, stiffness, model.joints, locked, loaded)
+    return np.sqrt(squared) / (2.0 * np.pi)
+
+
+def mode_shapes(
+    scene: Scene,
+    position: np.ndarray | list[float],
+    locked: bool = True,
+    loaded: bool = False,
+    count: int | None = None,
+) -> Modes:
+    """Mode shapes and where their energy lies, for the frequencies of `natural_frequencies`.
 
     Parameters
     ----------
     position : (m,) joint coordinates
-    locked : joints held; where False they are free, and each gives a frequency of zero
-
-    Bending, torsion and extension in space count, also where the scene's motion is planar; gravity does not.
+    count : the lowest so many; all where None
     """
-    # with `root` the joints' coordinates are the motors' angles, which is what is locked
-    scene = scene.model_copy(update={"erls": Erls(zeroed="root")})
-    model = build_model(scene, planar=False)
+    model = spatial_model(scene)
+    mass, stiffness, x = matrices(model, position, loaded)
     m = model.joints
+    squared = eigenvalues(mass, stiffness, m, locked, loaded)[:count]
+    kept = slice(m, None) if locked else slice(None)
+    vectors = np.zeros((model.unknowns, len(squared)))
+    if len(squared):
+        vectors[kept] = eigh(stiffness[kept, kept], mass[kept, kept])[1][:, : len(squared)]
+    view, work = Observation(model), workspace(model.chain)
+
+    def seen(at: np.ndarray) -> np.ndarray:
+        view.look(work, at)
+        return np.concatenate([view.position.ravel(), view.displacement.ravel()])
+
+    view.look(work, x)
+    rest = view.position.copy()
+    moved = differences(seen, x, vectors).T
+    shape, rows = moved[:, : rest.size].reshape(-1, *rest.shape), moved[:, rest.size :]
+    energy = np.array([strain_energies(model, row.reshape(-1, 6)) for row in rows])
+    energy = energy.reshape(-1, len(scene.links), len(KINDS))
+    total = np.maximum(0.5 * squared, energy.sum(axis=(1, 2)))
+    elastic = squared > 0.0
+    share = np.zeros_like(energy)
+    share[elastic] = energy[elastic] / total[elastic, None, None]
+    # the node that moves most moves in the positive direction: a shape's sign is not left to chance
+    for k in range(len(shape)):
+        largest = shape[k].flat[np.argmax(np.abs(shape[k]))]
+        shape[k] *= -1.0 if largest < 0.0 else 1.0
+    names = tuple(link.name for link in scene.links)
+    return Modes(np.sqrt(squared) / (2.0 * np.pi), shape, rest, share, names, model.node_link)
+
+
+def spatial_model(scene: Scene) -> Model:
+    """The robot in space, with joint coordinates that are the motors' angles: those are what is locked."""
+    return build_model(scene.model_copy(update={"erls": Erls(zeroed="root")}), planar=False)
+
+
+def matrices(
+    model: Model, position: np.ndarray | list[float], loaded: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass and stiffness (n, n), and the unknowns (n,) about which they hold."""
     x = np.zeros(model.unknowns)
-    x[:m] = check_position(scene, position, m)
-    mass, stiffness = mass_and_stiffness(model, x)
+    x[: model.joints] = check_position(model.scene, position, model.joints)
+    if loaded:
+        x = rest_shape(model, x[: model.joints])
+        return mass_matrix(model, x), stiffness_matrix(model, x), x
+    return mass_matrix(model, x), elastic_stiffness(model, x), x
+
+
+def eigenvalues(mass: np.ndarray, stiffness: np.ndarray, m: int, locked: bool, loaded: bool) -> np.ndarray:
+    """(n,) squared angular frequencies, rising; never negative."""
     if len(mass) == m:
         return np.zeros(0 if locked else m)
-    held = _squared(mass[m:, m:], stiffness[m:, m:], 0.0)
+    held = squared_frequencies(mass[m:, m:], stiffness[m:, m:], 0.0)
     if locked:
-        squared = held
-    else:
-        squared = _squared(mass, stiffness, held[0])
-        squared[:m] = 0.0  # the joints turn freely, whatever rounding makes of it
-    return np.sqrt(squared) / (2.0 * np.pi)
+        return held
+    free = squared_frequencies(mass, stiffness, held[0])
+    if not loaded:
+        free[:m] = 0.0  # the joints turn freely, whatever rounding makes of it
+    return np.maximum(free, 0.0)
 
 
-def _squared(mass: np.ndarray, stiffness: np.ndarray, shift: float) -> np.ndarray:
+def squared_frequencies(mass: np.ndarray, stiffness: np.ndarray, shift: float) -> np.ndarray:
     """(n,) rising eigenvalues of K - s M; K + shift M is positive definite.
 
     K spans so many decades with many elements that rounding in it drowns the lowest modes: those come from
@@ -70,3 +175,29 @@ def _squared(mass: np.ndarray, stiffness: np.ndarray, shift: float) -> np.ndarra
     low = 1.0 / eigh(mass, stiffness + shift * mass, eigvals_only=True)[::-1] - shift
     high = eigh(stiffness, mass, eigvals_only=True)
     return np.where(high < np.sqrt(abs(low[0] + shift) * high[-1]), low, high)
+
+
+def strain_energies(model: Model, displacement: np.ndarray) -> np.ndarray:
+    """(L, 4) linear strain energy of nodal displacements (N, 6) in link frames, J, by link and kind."""
+    scene = model.scene
+    found = np.zeros((len(scene.links), len(KINDS)))
+    for n, link in enumerate(scene.links):
+        if link.beam is None or not link.flexible:
+            continue
+        nodes = np.flatnonzero(model.node_link == n)
+        rows = displacement[nodes].reshape(-1, 2, 3) @ model.axes[n]
+        step = link.length / (len(nodes) - 1)
+        e = element_row(scene, link, 0, step, True)
+        flat = rows.reshape(-1, 6)
+        difference = np.diff(flat, axis=0)
+        in_z = np.column_stack([flat[:-1, [1, 5]], flat[1:, [1, 5]]])
+        in_y = np.column_stack([flat[:-1, [2, 4]], flat[1:, [2, 4]]]) * [1.0, -1.0, 1.0, -1.0]
+        bend_z = bending_stiffness(e[BEND_Z], e[LENGTH], e[SHEAR_Z])
+        bend_y = bending_stiffness(e[BEND_Y], e[LENGTH], e[SHEAR_Y])
+        found[n] = (
+            0.5 * e[AXIAL] * np.sum(difference[:, 0] ** 2),
+            0.5 * e[TORSION] * np.sum(difference[:, 3] ** 2),
+            0.5 * np.einsum("ei,ij,ej->", in_y, bend_y, in_y),
+            0.5 * np.einsum("ei,ij,ej->", in_z, bend_z, in_z),
+        )
+    return found

@@ -8,13 +8,12 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from .chain import workspace
-from .dynamics import residual
 from .model import Model, build_model
 from .observation import Observation
-from .scene import Scene
+from .schema import Scene
+from .tangent import forces, stiffness_matrix
 
 ITERATIONS = 50
-NUDGE = 1e-6  # m and rad, of the differences that give the tangent
 
 
 @dataclass(frozen=True)
@@ -34,14 +33,6 @@ class StaticEquilibrium:
     link_end: np.ndarray
 
 
-def forces(model: Model, x: np.ndarray) -> np.ndarray:
-    """(n,) generalized forces on a robot that stands still at the unknowns x without torque."""
-    work, rhs, zero = workspace(model.chain), np.zeros(x.size), np.zeros(x.size)
-    m = model.joints
-    residual(model.chain, work, x, zero, zero, np.zeros(m), rhs)
-    return rhs
-
-
 def rest_shape(model: Model, position: np.ndarray) -> np.ndarray:
     """Unknowns (n,) of the equilibrium with the joints, as their encoders show them, at position (m,).
 
@@ -59,12 +50,9 @@ def rest_shape(model: Model, position: np.ndarray) -> np.ndarray:
 
     best = np.inf
     for _ in range(ITERATIONS):
-        tangent = np.empty((n - m, n - m))
-        for k in range(n - m):
-            ahead, behind = (forces(model, x + s * NUDGE * along[:, k]) for s in (1.0, -1.0))
-            tangent[:, k] = along.T @ (behind - ahead) / (2.0 * NUDGE)
+        tangent = along.T @ stiffness_matrix(model, x) @ along
         try:
-            step = cho_solve(cho_factor(0.5 * (tangent + tangent.T)), along.T @ forces(model, x))
+            step = cho_solve(cho_factor(tangent), along.T @ forces(model, x))
         except (LinAlgError, ValueError):  # not positive definite, or not finite: not stable
             break
         x += along @ step

@@ -1,0 +1,94 @@
+"""Tangent matrices of the equations at rest: M a + C v + K (x - x0) = B tau about a configuration x0.
+
+The residual is cubic in the elastic unknowns and quadratic in the rates, so that five-point differences
+are exact there but for rounding; in the joint coordinates they are off by STEP^4 / 30.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .chain import COULOMB, COULOMB_SPEED, workspace
+from .dynamics import residual, stiffness_times
+from .kinematics import place
+from .model import Model
+
+STEP = 1e-3  # m and rad, of the differences
+
+
+def differences(
+    function: Callable[[np.ndarray], np.ndarray],
+    about: np.ndarray,
+    directions: np.ndarray,
+    step: float = STEP,
+) -> np.ndarray:
+    """(k, d) derivatives of function: (n,) -> (k,) at `about` (n,) along each of the directions (n, d)."""
+    columns = np.zeros((np.size(function(about)), directions.shape[1]))
+    for k, way in enumerate(directions.T):
+        for ahead, weight in ((-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)):
+            columns[:, k] += weight * function(about + ahead * step * way)
+    return columns / (12.0 * step)
+
+
+def mass_matrix(model: Model, x: np.ndarray) -> np.ndarray:
+    """(n, n) mass matrix at the unknowns x (n,)."""
+    n = model.unknowns
+    work, torque = workspace(model.chain), np.zeros(model.joints)
+    zero, base, column = np.zeros(n), np.zeros(n), np.zeros(n)
+    mass = np.zeros((n, n))
+    residual(model.chain, work, x, zero, zero, torque, base)
+    for k, unit in enumerate(np.eye(n)):
+        residual(model.chain, work, x, zero, unit, torque, column)
+        mass[:, k] = base - column
+    return 0.5 * (mass + mass.T)
+
+
+def elastic_stiffness(model: Model, x: np.ndarray) -> np.ndarray:
+    """(n, n) stiffness of the links at the unknowns x (n,), without that of loads."""
+    n = model.unknowns
+    work, column = workspace(model.chain), np.zeros(n)
+    stiffness = np.zeros((n, n))
+    place(model.chain, work, x)
+    for k, unit in enumerate(np.eye(n)):
+        stiffness_times(model.chain, work, unit, 1.0, column)
+        stiffness[:, k] = column
+    return 0.5 * (stiffness + stiffness.T)
+
+
+def forces(model: Model, x: np.ndarray) -> np.ndarray:
+    """(n,) generalized forces on a robot that stands still at the unknowns x without torque."""
+    work, rhs, zero = workspace(model.chain), np.zeros(x.size), np.zeros(x.size)
+    residual(model.chain, work, x, zero, zero, np.zeros(model.joints), rhs)
+    return rhs
+
+
+def stiffness_matrix(model: Model, x: np.ndarray) -> np.ndarray:
+    """(n, n) derivative of minus the forces at rest: elastic and geometric stiffness, and gravity's."""
+    work, rhs, zero = workspace(model.chain), np.zeros(x.size), np.zeros(x.size)
+    torque = np.zeros(model.joints)
+
+    def standing(at: np.ndarray) -> np.ndarray:
+        residual(model.chain, work, at, zero, zero, torque, rhs)
+        return -rhs
+
+    stiffness = differences(standing, x, np.eye(x.size))
+    return 0.5 * (stiffness + stiffness.T)
+
+
+def damping_matrix(model: Model, x: np.ndarray) -> np.ndarray:
+    """(n, n) derivative of minus the forces by the rates, at rest: Rayleigh's and the joints' friction.
+
+    Coulomb friction counts with its slope at standstill, coulomb_friction / coulomb_speed.
+    """
+    work, rhs, zero = workspace(model.chain), np.zeros(x.size), np.zeros(x.size)
+    torque = np.zeros(model.joints)
+
+    def moving(v: np.ndarray) -> np.ndarray:
+        residual(model.chain, work, x, v, zero, torque, rhs)
+        return -rhs
+
+    joint = model.chain.joint
+    speeds = joint[joint[:, COULOMB] > 0.0, COULOMB_SPEED]
+    return differences(moving, zero, np.eye(x.size), STEP * min(1.0, speeds.min(initial=1.0)))
