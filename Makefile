@@ -1,10 +1,11 @@
 # `make demo` and `make test` each do all the set-up that they need; `make help` lists the rest.
 #
-# The set-up is four steps, each with a stamp file that is written last, so that one that was
+# The set-up is five steps, each with a stamp file that is written last, so that one that was
 # interrupted is done again and one that is finished costs nothing:
 #   venv      .venv with what requirements.lock pins; made anew when a lock, the Python or the
 #             place of the checkout has changed
-#   messages  flexsim_msgs, generated and built from msgs_schema/ and installed into the venv
+#   standard  simulation_interfaces, the standard's types for simulators, which is no wheel
+#   messages  flexsim_msgs; both are generated and built from msgs_schema/ and installed into the venv
 #   project   this checkout, editable
 
 PYTHON ?= python3
@@ -18,6 +19,7 @@ unexport PYTHONHOME PYTHONPATH
 
 VENV := .venv
 VENV_STAMP := $(VENV)/stamps/venv
+STANDARD_STAMP := $(VENV)/stamps/standard
 MESSAGES_STAMP := $(VENV)/stamps/messages
 PROJECT_STAMP := $(VENV)/stamps/project
 KERNELS_STAMP := $(VENV)/stamps/kernels
@@ -35,7 +37,7 @@ stale := $(shell [ -e $(VENV_STAMP) ] && { [ "$$(cat $(VENV)/stamps/place)" != "
 
 .PHONY: help demo test lint setup lock clean stale
 .NOTPARALLEL:
-.SILENT: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP) $(TEST_STAMP)
+.SILENT: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP) $(TEST_STAMP)
 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -50,7 +52,7 @@ lint: setup $(TEST_STAMP)  ## ruff and mypy
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/mypy
 
-setup: $(VENV_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP)  ## only the set-up, without tests' tools
+setup: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP)  ## only the set-up, without tests' tools
 
 lock:  ## pin anew what pyproject.toml asks for
 	rm -rf .venv-lock && $(PYTHON) -m venv .venv-lock && .venv-lock/bin/pip install --quiet uv
@@ -79,7 +81,7 @@ $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
 	    || { echo "flexsim needs a C and C++ compiler, $$compiler is not there (Debian and Ubuntu: apt install build-essential)" >&2; exit 1; }; done
 	"$(PYTHON)" -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	    || { echo "$(PYTHON) has no headers: install them (Debian and Ubuntu: apt install python3-dev)" >&2; exit 1; }
-	echo "set-up 1/4: packages into $(VENV) (a few minutes the first time)"
+	echo "set-up 1/5: packages into $(VENV) (a few minutes the first time)"
 	rm -rf $(VENV)
 	"$(PYTHON)" -m venv $(VENV)
 	mkdir $(VENV)/stamps
@@ -93,34 +95,45 @@ $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
 	$(VENV)/bin/python -c 'import sys; print(*sys.version_info[:3])' > $(VENV)/stamps/python
 	touch $@
 
-$(MESSAGES_STAMP): $(VENV_STAMP) $(shell find msgs_schema -type f)
-	echo "set-up 2/4: flexsim_msgs"
-	rm -rf $(VENV)/build $(VENV)/lib/libflexsim_msgs__* $(VENV)/share/flexsim_msgs \
-	    $(VENV)/include/flexsim_msgs $(VENV)/lib/python3.*/site-packages/flexsim_msgs*
-	# Every Python of the venv finds the venv's ROS packages, as after sourcing a ROS set-up file. And
-	# the wheels' own start-up file, which runs after this one, is asked again where another venv's
-	# Python started us, because that one's library path is not ours.
+# Every Python of the venv finds the venv's ROS packages, as after sourcing a ROS set-up file. And
+# the wheels' own start-up file, which runs after this one, is asked again where another venv's
+# Python started us, because that one's library path is not ours.
+$(STANDARD_STAMP): $(VENV_STAMP) $(shell find msgs_schema/simulation_interfaces -type f)
+	echo "set-up 2/5: simulation_interfaces (a minute)"
 	printf '%s\n' \
 	    "import os, sys; p = os.environ.get('AMENT_PREFIX_PATH', ''); os.environ['AMENT_PREFIX_PATH'] = p if sys.prefix in p.split(':') else sys.prefix + ':' * bool(p) + p" \
 	    "import os, sys; sys.prefix + '/lib' in os.environ.get('LD_LIBRARY_PATH', '').split(':') or os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)" \
 	    > "$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ament_prefix_path.pth"
-	$(VENV)/bin/cmake -S msgs_schema -B $(VENV)/build -DCMAKE_BUILD_TYPE=Release \
-	    -DCMAKE_INSTALL_PREFIX="$$PWD/$(VENV)" -DCMAKE_PREFIX_PATH="$$PWD/$(VENV)" \
-	    -DPython3_EXECUTABLE="$$PWD/$(VENV)/bin/python" -DPython3_FIND_VIRTUALENV=ONLY \
-	    -DBUILD_TESTING=OFF > $(VENV)/build.log 2>&1 \
-	    && $(VENV)/bin/cmake --build $(VENV)/build --parallel 2 >> $(VENV)/build.log 2>&1 \
-	    && $(VENV)/bin/cmake --install $(VENV)/build >> $(VENV)/build.log 2>&1 \
-	    || { tail -30 $(VENV)/build.log; echo "flexsim_msgs did not build: $(VENV)/build.log" >&2; exit 1; }
+	$(call build_types,simulation_interfaces,msgs_schema/simulation_interfaces)
 	touch $@
 
+$(MESSAGES_STAMP): $(STANDARD_STAMP) msgs_schema/CMakeLists.txt msgs_schema/package.xml $(shell find msgs_schema/msg -type f)
+	echo "set-up 3/5: flexsim_msgs"
+	$(call build_types,flexsim_msgs,msgs_schema)
+	touch $@
+
+# $(call build_types,PACKAGE,FOLDER): generate, build and install a package of types.
+define build_types
+rm -rf $(VENV)/build/$(1) $(VENV)/lib/lib$(1)__* $(VENV)/share/$(1) $(VENV)/include/$(1) \
+	    $(VENV)/lib/python3.*/site-packages/$(1)*
+	mkdir -p $(VENV)/build
+	$(VENV)/bin/cmake -S $(2) -B $(VENV)/build/$(1) -DCMAKE_BUILD_TYPE=Release \
+	    -DCMAKE_INSTALL_PREFIX="$$PWD/$(VENV)" -DCMAKE_PREFIX_PATH="$$PWD/$(VENV)" \
+	    -DPython3_EXECUTABLE="$$PWD/$(VENV)/bin/python" -DPython3_FIND_VIRTUALENV=ONLY \
+	    -DBUILD_TESTING=OFF -DINSTALL_FLEXSIM_ROS=OFF > $(VENV)/build/$(1).log 2>&1 \
+	    && $(VENV)/bin/cmake --build $(VENV)/build/$(1) --parallel 2 >> $(VENV)/build/$(1).log 2>&1 \
+	    && $(VENV)/bin/cmake --install $(VENV)/build/$(1) >> $(VENV)/build/$(1).log 2>&1 \
+	    || { tail -30 $(VENV)/build/$(1).log; echo "$(1) did not build: $(VENV)/build/$(1).log" >&2; exit 1; }
+endef
+
 $(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml
-	echo "set-up 3/4: flexsim, editable"
+	echo "set-up 4/5: flexsim, editable"
 	$(PIP_INSTALL) --no-build-isolation --editable .
 	touch $@
 
 # The robot's kernels, in space and in the plane, so that no run waits for the compiler.
 $(KERNELS_STAMP): $(PROJECT_STAMP) $(wildcard flexsim_node/*.py flexsim_node/integrators/*.py)
-	echo "set-up 4/4: compiled kernels"
+	echo "set-up 5/5: compiled kernels"
 	for scene in anthropomorphic planar_double_pendulum; do \
 	    $(VENV)/bin/flexsim simulate config/$$scene.yaml --duration 0.01 --set initial.shape=static --json > /dev/null \
 	    || exit 1; done

@@ -1,0 +1,52 @@
+"""A node's process: it starts with one clear line if it can't, and ends well when a signal comes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+
+def handle_signals(handler: Callable[[int, Any], Any]) -> None:
+    """Give SIGINT and SIGTERM to `handler`."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
+
+
+def run_node(
+    name: str,
+    build: Callable[[], Any],
+    run: Callable[[Any, list[int]], int],
+    failures: dict[type[Exception], int],
+) -> int:
+    """Build a node and run it until SIGINT or SIGTERM.
+
+    Parameters
+    ----------
+    build : makes the node; a signal ends the process on the spot as long as it does
+    run : gets the node and a list, which is not empty from a signal on; returns the exit code
+    failures : what `build` may raise, and its exit code; said in one line
+    """
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    handle_signals(signal.default_int_handler)
+    node = None
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        node = build()
+        asked: list[int] = []
+        handle_signals(lambda number, _: asked.append(number))
+        return run(node, asked)
+    except KeyboardInterrupt:
+        return 0
+    except tuple(failures) as problem:
+        print(f"{name}: {problem}", file=sys.stderr)
+        return next(code for kind, code in failures.items() if isinstance(problem, kind))
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
