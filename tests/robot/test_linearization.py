@@ -1,10 +1,13 @@
 """Linear models: their frequencies, their step response, and their matrices by another road."""
 
-import control
+import sys
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from independent_chain import IndependentChain
 from scenes import anthropomorphic, link, robot, two_link
+from scipy import signal
 
 from flexsim_node import LinearModel, linearize, load_scene, natural_frequencies, simulate, static_equilibrium
 
@@ -155,15 +158,26 @@ def test_reduction_keeps_slow_motion_and_the_static_gain():
         full.reduced(0)
 
 
-def test_python_control_reads_the_model():
-    """The state space handed to python-control responds as ours, under the same names."""
+def test_python_control_gets_the_model(monkeypatch):
+    """to_control hands matrices and names to control.ss; the system responds as ours.
+
+    scipy's state space stands in for python-control's, which is not among the tests' packages.
+    """
+
+    def ss(a, b, c, d, states, inputs, outputs):
+        assert (len(states), len(inputs), len(outputs)) == (len(a), b.shape[1], len(c))
+        assert outputs == list(model.output_names)
+        return signal.StateSpace(a, b, c, d)
+
     model = linearize(load_scene(two_link(damping={"alpha": 2.0, "beta": 5e-4})), [-1.5, 0.1]).reduced(4)
-    system = model.to_control()
-    assert list(system.output_labels) == list(model.output_names)
+    monkeypatch.setitem(sys.modules, "control", SimpleNamespace(ss=ss))
     time = np.arange(100) * 2e-3
     torque = np.array([1e-3, -2e-3])
-    found = control.forced_response(system, time, np.tile(torque[:, None], (1, 100))).outputs
-    assert np.allclose(found.T, response(model, torque, 2e-3, 100), atol=1e-9)
+    _, found, _ = signal.lsim(model.to_control(), np.tile(torque, (100, 1)), time)
+    assert np.allclose(found, response(model, torque, 2e-3, 100), atol=1e-9)
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(ImportError, match="pip install control"):
+        model.to_control()
 
 
 def test_saved_and_loaded(tmp_path):
