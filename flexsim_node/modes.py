@@ -26,7 +26,8 @@ class Modes:
     ----------
     frequency : (K,) Hz, rising
     shape : (K, N, 3) translations of the nodes in the base frame, m for a modal coordinate of 1 kg^1/2 m
-    node_position : (N, 3) about which they swing, base frame, m
+    slope : (K, N, 3) likewise the changes of the sections' normals there
+    node_position, node_normal : (N, 3) about which they swing, base frame; m, unit vectors along the beams
     share : (K, L, 4) of the strain energy in each link's extension, torsion, bending about beam y and about
         beam z; what is left to 1 lies in the joints (and with loads in the geometric stiffness)
     link_names : (L,); node_link : (N,) link of every node
@@ -34,7 +35,9 @@ class Modes:
 
     frequency: np.ndarray
     shape: np.ndarray
+    slope: np.ndarray
     node_position: np.ndarray
+    node_normal: np.ndarray
     share: np.ndarray
     link_names: tuple[str, ...]
     node_link: np.ndarray
@@ -116,13 +119,12 @@ def mode_shapes(
 
     def seen(at: np.ndarray) -> np.ndarray:
         view.look(work, at)
-        return np.concatenate([view.position.ravel(), view.displacement.ravel()])
+        return np.hstack([view.position, section_normals(model, view), view.displacement]).ravel()
 
-    view.look(work, x)
-    rest = view.position.copy()
-    moved = differences(seen, x, vectors).T
-    shape, rows = moved[:, : rest.size].reshape(-1, *rest.shape), moved[:, rest.size :]
-    energy = np.array([strain_energies(model, row.reshape(-1, 6)) for row in rows])
+    rest = seen(x).reshape(-1, 12)
+    moved = differences(seen, x, vectors).T.reshape(-1, *rest.shape)
+    shape, slope = moved[:, :, :3], moved[:, :, 3:6]
+    energy = np.array([strain_energies(model, row) for row in moved[:, :, 6:]])
     energy = energy.reshape(-1, len(scene.links), len(KINDS))
     total = np.maximum(0.5 * squared, energy.sum(axis=(1, 2)))
     elastic = squared > 0.0
@@ -130,10 +132,26 @@ def mode_shapes(
     share[elastic] = energy[elastic] / total[elastic, None, None]
     # the node that moves most moves in the positive direction: a shape's sign is not left to chance
     for k in range(len(shape)):
-        largest = shape[k].flat[np.argmax(np.abs(shape[k]))]
-        shape[k] *= -1.0 if largest < 0.0 else 1.0
-    names = tuple(link.name for link in scene.links)
-    return Modes(np.sqrt(squared) / (2.0 * np.pi), shape, rest, share, names, model.node_link)
+        if shape[k].flat[np.argmax(np.abs(shape[k]))] < 0.0:
+            moved[k] *= -1.0
+    return Modes(
+        np.sqrt(squared) / (2.0 * np.pi),
+        shape,
+        slope,
+        rest[:, :3],
+        rest[:, 3:6],
+        share,
+        tuple(link.name for link in scene.links),
+        model.node_link,
+    )
+
+
+def section_normals(model: Model, view: Observation) -> np.ndarray:
+    """(N, 3) normals of the sections at the nodes in the base frame, to the first order of their rotation."""
+    axes = model.axes[model.node_link]
+    frame = view.pose[model.node_link, 3:].reshape(-1, 3, 3)  # of the beam axes
+    turned = axes[:, :, 0] + np.cross(view.displacement[:, 3:], axes[:, :, 0])
+    return np.einsum("nij,nkj,nk->ni", frame, axes, turned)
 
 
 def spatial_model(scene: Scene) -> Model:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import anthropomorphic, link, robot, two_link
 
-from flexsim_node import load_scene, natural_frequencies
+from flexsim_node import load_scene, mode_shapes, natural_frequencies
 from flexsim_node.section import section
 
 POINTS = {"rotary_inertia": False}
@@ -99,3 +99,48 @@ def test_frequencies_do_not_depend_on_the_rigid_link_system(zeroed):
         right = natural_frequencies(root, [0.2, 0.4, -0.3], locked)
         found = natural_frequencies(other, [0.2, 0.4, -0.3], locked)
         assert np.allclose(found[:12], right[:12], rtol=1e-6)
+
+
+def test_mode_shapes_of_a_cantilever():
+    """Mass-normalised, a cantilever's end moves 2 / sqrt(m) in bending, sqrt(2 / m) in extension."""
+    scene = load_scene(
+        robot(
+            link("beam", {"a": 0.8}, 0.02, 0.03, beam={"elements": 16, "poissons_ratio": 0.3}), effects=POINTS
+        )
+    )
+    modes = mode_shapes(scene, [0.3])
+    mass = 7800 * 0.02 * 0.03 * 0.8
+    across = [-np.sin(0.3), np.cos(0.3), 0.0]
+    assert modes.name(0) == "beam bending_z 100 %"
+    assert np.allclose(np.abs(modes.shape[0, -1]), np.abs(across) * 2 / np.sqrt(mass), rtol=1e-4)
+    assert modes.name(1) == "beam bending_y 100 %"
+    assert np.allclose(np.abs(modes.shape[1, -1]), [0, 0, 2 / np.sqrt(mass)], rtol=1e-4, atol=1e-9)
+    # the end's slope is 1.37651 / L of its deflection
+    slope = modes.slope[1, -1, 2] / modes.shape[1, -1, 2]
+    assert slope == pytest.approx(1.376505 / 0.8, rel=1e-4)
+    names = [modes.name(k) for k in range(len(modes.frequency))]
+    torsion, axial = names.index("beam torsion 100 %"), names.index("beam axial 100 %")
+    assert np.max(np.abs(modes.shape[torsion])) < 1e-6
+    along = modes.shape[axial, -1] @ [np.cos(0.3), np.sin(0.3), 0.0]
+    assert abs(along) == pytest.approx(np.sqrt(2 / mass), rel=1e-3)
+
+
+def test_loaded_frequencies_hold_the_loads():
+    """A rod that hangs swings with sqrt(3 g / (2 L)); a mass that hangs on a beam stiffens it."""
+    rod = load_scene(robot(link("rod", {"a": 0.5}, 0.01, 0.03), gravity=[0.0, -9.81, 0.0], effects=POINTS))
+    swings = natural_frequencies(rod, [-np.pi / 2], locked=False, loaded=True)[0]
+    assert swings == pytest.approx(np.sqrt(1.5 * 9.81 / 0.5) / 2 / np.pi, rel=1e-4)
+    assert natural_frequencies(rod, [np.pi / 2], locked=False, loaded=True)[0] == 0.0  # it falls over
+    # a heavy end on a slender beam: K + N L stiffness of a taut cantilever, k = N b / (b L - tanh b L)
+    scene = robot(
+        link("beam", {"a": 0.5}, 0.002, 0.03, beam={"density": 10.1, "elements": 8}, payload={"mass": 50.0}),
+        gravity=[0.0, -9.81, 0.0],
+    )
+    pull, bending = 50 * 9.81, 2e11 * 0.03 * 0.002**3 / 12
+    b = np.sqrt(pull / bending)
+    stiffness = pull * b / (b * 0.5 - np.tanh(b * 0.5))
+    found = natural_frequencies(load_scene(scene), [-np.pi / 2], loaded=True)[0]
+    assert found == pytest.approx(np.sqrt(stiffness / 50) / 2 / np.pi, rel=1e-3)
+    unloaded = natural_frequencies(load_scene(scene), [-np.pi / 2])[0]
+    assert unloaded == pytest.approx(np.sqrt(3 * bending / 0.5**3 / 50) / 2 / np.pi, rel=1e-3)
+    assert found > 1.5 * unloaded

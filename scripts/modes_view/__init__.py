@@ -1,0 +1,1 @@
+"""What `flexsim modes` draws."""

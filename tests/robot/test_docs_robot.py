@@ -1,0 +1,39 @@
+"""The page on the robot's physics: its Python runs as printed, and its commands work."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "robot.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```", PAGE, flags=re.DOTALL)
+LINES = [line for kind, block in BLOCKS if kind == "bash" for line in block.splitlines()]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder of its own where the page's paths lead to the scenes."""
+    (tmp_path / "config").symlink_to(ROOT / "config")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("block", [block for kind, block in BLOCKS if kind == "python"])
+def test_python(block, folder):
+    exec(compile(block, "robot.md", "exec"), {})
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_commands(line, folder):
+    program, *words = shlex.split(line)
+    assert program == "flexsim"
+    start = [sys.executable, "-c", "from flexsim.cli import main; main()"]
+    done = subprocess.run([*start, *words], capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    for flag in ("--save", "--plot"):
+        if flag in words:
+            assert (folder / words[words.index(flag) + 1]).stat().st_size > 1000
