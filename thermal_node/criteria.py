@@ -116,8 +116,8 @@ class Criteria:
         if first is None:
             text = (
                 f"{name}: every criterion holds after {self.time / 60.0:.0f} min;"
-                f" mean rise {self.mean_rise.value:.0f} of {self.mean_rise.limit:.0f} K,"
-                f" maximum {self.maximum_rise.value:.0f} of {self.maximum_rise.limit:.0f} K"
+                f" mean rise {round(self.mean_rise.value)} of {self.mean_rise.limit:.0f} K,"
+                f" maximum {round(self.maximum_rise.value)} of {self.maximum_rise.limit:.0f} K"
             )
         else:
             assert first.time_of_failure is not None

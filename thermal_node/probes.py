@@ -1,8 +1,9 @@
 """Where temperatures are read, and the leaf's unexposed face as an infrared camera sees it.
 
-A reading is a fixed weighted sum of nodes: cubic through the four nearest lines in each
-direction (the temperature falls off steeply beside the rim, and bricks are wide further in),
-through the thickness without leaving the point's layer, since layers meet with a kink.
+A reading is a weighted sum of nodes: cubic through the four nearest lines in each direction (the
+temperature falls off steeply beside the rim, and bricks are wide further in), through the
+thickness without leaving the point's layer, since layers meet with a kink. Where that overshoots
+what the corners of the point's own brick hold, on a mesh too coarse for it, it is cut off there.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ class Probes:
     """Points and their weights.
 
     name (P,); position (P, 3), m; index, weight (P, 64)
+    corner (P, 8) : the nodes of the brick that the point is in
     judged (P,) : thermocouples on the unexposed face that count for the maximum rise
     mean_of (5,) : those whose mean is judged, the leaf's centre and quarter centres
     """
@@ -34,12 +36,15 @@ class Probes:
     position: Array
     index: NDArray[np.int64]
     weight: Array
+    corner: NDArray[np.int64]
     judged: NDArray[np.bool_]
     mean_of: NDArray[np.int64]
 
     def read(self, temperature: Array) -> Array:
         """Readings (P,), °C, from node temperatures (N,)."""
-        return np.einsum("pj,pj->p", self.weight, temperature[self.index])
+        cubic = np.einsum("pj,pj->p", self.weight, temperature[self.index])
+        brick = temperature[self.corner]
+        return np.clip(cubic, brick.min(axis=1), brick.max(axis=1))
 
 
 def leaf_points(width: float, height: float) -> dict[str, tuple[float, float]]:
@@ -114,6 +119,7 @@ def probes_of(model: DoorModel) -> Probes:
         position=position,
         index=index,
         weight=weight,
+        corner=_corners(model, position),
         judged=(inside.min(axis=1) > strip - 1e-9) & (position[:, 2] > t - 1e-9),
         mean_of=np.arange(5),
     )
@@ -134,6 +140,17 @@ def weights_at(model: DoorModel, position: Array) -> tuple[NDArray[np.int64], Ar
     weight = wz[:, :, None, None] * wy[:, None, :, None] * wx[:, None, None, :]
     count = len(position)
     return whole.source[node.reshape(count, -1)], weight.reshape(count, -1)
+
+
+def _corners(model: DoorModel, position: Array) -> NDArray[np.int64]:
+    """The modelled nodes (P, 8) of the brick that holds each position (P, 3), m."""
+    whole = whole_leaf(model.mesh, *_size(model.scene))
+    nx, ny = len(whole.x), len(whole.y)
+    ix, _ = _lagrange(whole.x, position[:, 0], 2)
+    iy, _ = _lagrange(whole.y, position[:, 1], 2)
+    iz, _ = _lagrange(whole.z, position[:, 2], 2)
+    node = (iz[:, :, None, None] * ny + iy[:, None, :, None]) * nx + ix[:, None, None, :]
+    return whole.source[node.reshape(len(position), -1)]
 
 
 def _through(
