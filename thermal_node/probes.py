@@ -153,9 +153,7 @@ def _corners(model: DoorModel, position: Array) -> NDArray[np.int64]:
     return whole.source[node.reshape(len(position), -1)]
 
 
-def _through(
-    z: Array, brick_layer: NDArray[np.int64], at: Array
-) -> tuple[NDArray[np.int64], Array]:
+def _through(z: Array, brick_layer: NDArray[np.int64], at: Array) -> tuple[NDArray[np.int64], Array]:
     """Nodes and weights (P, 4) within the layer of each point."""
     index, weight = np.zeros((len(at), 4), dtype=np.int64), np.zeros((len(at), 4))
     brick = np.clip(np.searchsorted(z, at, side="right") - 1, 0, len(z) - 2)

@@ -15,9 +15,7 @@ GUESS = [0.035, 0.043, 0.073, 0.118, 0.178]
 @pytest.fixture(scope="module")
 def tested():
     """A door that differs from the scene in density, conductivity and rim, with 1 K of noise."""
-    real = load_scene(
-        door(mesh=MESH), {"materials.rock_wool.density": 135.0, "leaf.rim.contact": 0.6}
-    )
+    real = load_scene(door(mesh=MESH), {"materials.rock_wool.density": 135.0, "leaf.rim.contact": 0.6})
     run = simulate(real, 3600.0, 60.0)
     noise = np.random.default_rng(7)
     names = [f"tc_{i}" for i in range(1, 13)]

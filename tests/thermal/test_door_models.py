@@ -123,6 +123,25 @@ def test_probes_and_infrared_read_the_field():
     assert image[40, 20] == pytest.approx(100.0 + 500.0 * 0.06, abs=0.5)
 
 
+def test_a_reading_stays_within_its_brick_however_coarse_the_mesh():
+    model = door_model(
+        load_scene(
+            door(
+                mesh={"in_plane": [4, 4], "layers": [1, 3, 1]},
+                probes={"points": {"beside": {"x": 0.45, "y": 0.0}, "inside": {"x": 0.49, "y": 0.9}}},
+            )
+        )
+    )
+    probes = probes_of(model)
+    steep = np.where(np.abs(model.nodes[:, 0]) > 0.498, 500.0, 20.0)
+    readings = probes.read(steep)
+    assert readings.min() >= 20.0 - 1e-9
+    assert readings.max() <= 500.0 + 1e-9
+    run = simulate(model.scene, 1800.0)
+    for name in probes.name:
+        assert run.probes[name].min() > 20.0 - 1e-6, name
+
+
 def test_one_brick_through_a_layer_and_a_jump_of_ten_thousand_in_conductivity():
     scene = door(mesh={"in_plane": [4, 4], "layers": [1, 1, 1]})
     scene["materials"]["rock_wool"]["conductivity"] = 0.005

@@ -60,8 +60,9 @@ def test_like_for_like_with_the_references_own_steps(reference):
     for name, values in ours.items():
         error = np.abs(values - reference[name])
         assert error[early].max() < 2.0, name
-        # The hot sheet over the rim needs a finer mesh than the reference's for its last 0.3 K.
-        assert error[~early].max() < (1.3 if name == "hot_side" else 1.1), name
+        # The reference's own mesh leaves 1.1 K at the hot sheet over the rim and 0.3 K at the
+        # middle (against CalculiX on a finer one, below); ours leaves up to 0.8 K of its own.
+        assert error[~early].max() < (1.15 if name == "hot_side" else 1.05), name
 
 
 @pytest.mark.slow
@@ -87,7 +88,7 @@ def test_within_one_kelvin_on_a_finer_mesh(reference):
     ):
         error = np.abs(ours[name] - reference[name])
         assert error[early].max() < 2.0, name
-        assert error[~early].max() < 1.0, name
+        assert error[~early].max() < (1.1 if name == "hot_side" else 0.9), name
 
 
 def test_adaptive_march_where_the_references_first_steps_have_died_out(reference):
