@@ -13,6 +13,7 @@ import os
 import pkgutil
 import sys
 import traceback
+import warnings
 from pathlib import Path
 
 import click
@@ -62,6 +63,7 @@ def flexsim() -> None:
 
 def main() -> None:
     """Run the command; exit with 0 done, 1 the work failed, 2 the words were wrong."""
+    warnings.showwarning = said_plainly
     try:
         code = flexsim.main(prog_name="flexsim", standalone_mode=False)
     except click.ClickException as error:
@@ -79,6 +81,12 @@ def main() -> None:
         click.echo(f"Error: {describe(error)}", err=True)
         code = 1
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def said_plainly(message: Warning | str, category: type[Warning], *_: object) -> None:
+    """Show a warning as a sentence; what is only for programmers is left out."""
+    if issubclass(category, UserWarning):
+        click.echo(f"Warning: {message}", err=True)
 
 
 def describe(error: Exception) -> str:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .definitions import full_name
 from .errors import BagError
+from .messages import Messages, of_list, window
 
 HEADER = 4  # the encapsulation header; alignment counts from behind it
 DTYPES = {
@@ -66,17 +67,17 @@ class Layout:
     lengths: dict[int, int] = field(default_factory=dict)
     listed: set[str] = field(default_factory=set)
 
-    def cut(self, name: str, stacked: NDArray[np.uint8], type_name: str) -> NDArray[Any]:
-        """Return a field of stacked messages that have this layout."""
+    def cut(self, name: str, messages: Messages, type_name: str) -> NDArray[Any]:
+        """Return a field of messages that have this layout."""
         if name not in self.places:
             there = ", ".join(self.places)
             raise BagError(f"{type_name} has no field '{name}'; it has {there}")
         places = self.places[name]
         if places and places[0].dtype in DTYPES.values():
-            return column(stacked, places[0])
-        texts = [text(stacked, place) for place in places]
-        cells = np.empty(len(stacked), dtype=object)
-        for i in range(len(stacked)):
+            return column(messages, places[0])
+        texts = [text(messages, place) for place in places]
+        cells = np.empty(len(messages), dtype=object)
+        for i in range(len(messages)):
             cells[i] = [t[i] for t in texts] if name in self.listed else texts[0][i]
         return cells
 
@@ -124,7 +125,7 @@ class Decoder:
         self.types = parse(type_name, schema)
         self._layouts: dict[int, list[Layout]] = {}
 
-    def columns(self, messages: list[bytes], fields: list[str]) -> dict[str, NDArray[Any]]:
+    def columns(self, messages: list[bytes] | Messages, fields: list[str]) -> dict[str, NDArray[Any]]:
         """Return some fields of K messages.
 
         Returns
@@ -137,47 +138,52 @@ class Decoder:
         BagError
             The messages have no such field, or its length differs among them.
         """
+        found = of_list(messages) if isinstance(messages, list) else messages
         columns: dict[str, NDArray[Any]] = {}
-        for index, layout, stacked in self.groups(messages):
+        for index, layout, some in self.groups(found):
             for name in fields:
-                cut = layout.cut(name, stacked, self.type)
+                cut = layout.cut(name, some, self.type)
+                if index is None:  # all are alike
+                    columns[name] = cut
+                    continue
                 if name not in columns:
-                    columns[name] = np.empty((len(messages), *cut.shape[1:]), dtype=cut.dtype)
+                    columns[name] = np.empty((len(found), *cut.shape[1:]), dtype=cut.dtype)
                 if columns[name].shape[1:] != cut.shape[1:]:
                     raise BagError(f"the length of '{name}' changes among {self.type} messages")
                 columns[name][index] = cut
         return columns
 
-    def groups(self, messages: list[bytes]) -> list[tuple[NDArray[np.intp], Layout, NDArray]]:
+    def groups(self, messages: Messages) -> list[tuple[NDArray[np.intp] | None, Layout, Messages]]:
         """Sort messages by shape.
 
         Returns
         -------
-        list of (index (k,), Layout, bytes (k, size))
-            Which messages share the layout, and their bytes stacked.
+        list of (index (k,) or None, Layout, Messages)
+            Which messages share the layout; None where all do.
         """
-        found: list[tuple[NDArray[np.intp], Layout, NDArray]] = []
-        sizes = np.fromiter(map(len, messages), dtype=np.intp, count=len(messages))
-        for size in np.unique(sizes):
+        found: list[tuple[NDArray[np.intp] | None, Layout, Messages]] = []
+        if not len(messages):
+            return found
+        sizes = messages.size
+        for size in [int(sizes[0])] if (sizes == sizes[0]).all() else np.unique(sizes).tolist():
             index = np.flatnonzero(sizes == size)
-            joined = b"".join([messages[i] for i in index])
-            stacked = np.frombuffer(joined, dtype=np.uint8).reshape(index.size, size)
-            known = list(self._layouts.setdefault(int(size), []))
+            known = list(self._layouts.setdefault(size, []))
             while index.size:
                 if known:
                     layout = known.pop(0)
                 else:
-                    layout = self.layout(stacked[0].tobytes())
-                    self._layouts[int(size)].append(layout)
+                    layout = self.layout(messages[index[:1]].data()[0])
+                    self._layouts[size].append(layout)
+                some = messages if len(index) == len(messages) else messages[index]
                 fits = np.ones(index.size, dtype=bool)
                 for offset, length in layout.lengths.items():
-                    fits &= column(stacked, Place(offset, "u4", None)) == length
+                    fits &= column(some, Place(offset, "u4", None)) == length
                 if fits.all():
-                    found.append((index, layout, stacked))
+                    found.append((None if some is messages else index, layout, some))
                     break
                 if fits.any():
-                    found.append((index[fits], layout, stacked[fits]))
-                index, stacked = index[~fits], stacked[~fits]
+                    found.append((index[fits], layout, some[fits]))
+                index = index[~fits]
         return found
 
     def layout(self, message: bytes) -> Layout:
@@ -246,18 +252,22 @@ def read_length(message: bytes, at: int, layout: Layout) -> tuple[int, int]:
     return length, at + 4
 
 
-def column(stacked: NDArray[np.uint8], place: Place) -> NDArray:
-    """Cut one field out of stacked messages: (k,) for a scalar, (k, count) for an array."""
+def column(messages: Messages, place: Place) -> NDArray:
+    """Cut one field out of messages of one layout: (k,) for a scalar, (k, count) for an array."""
     dtype = np.dtype(f"<{place.dtype}")
     count = 1 if place.count is None else place.count
-    cut = stacked[:, place.offset : place.offset + count * dtype.itemsize]
-    values = np.ascontiguousarray(cut).view(dtype).reshape(len(stacked), count)
+    if count == 0:
+        return np.empty((len(messages), 0), dtype=dtype)
+    cut = window(messages.buffer, messages.start + place.offset, count * dtype.itemsize)
+    values = np.ascontiguousarray(cut).view(dtype).reshape(len(messages), count)
     return values[:, 0] if place.count is None else values
 
 
-def text(stacked: NDArray[np.uint8], place: Place) -> list[str]:
-    """Cut a string field out of stacked messages, one string a message."""
-    cut = stacked[:, place.offset : place.offset + (place.count or 0)]
+def text(messages: Messages, place: Place) -> list[str]:
+    """Cut a string field out of messages of one layout, one string a message."""
+    if not place.count:
+        return [""] * len(messages)
+    cut = window(messages.buffer, messages.start + place.offset, place.count)
     encoding = "utf-8" if place.dtype == "string" else "utf-16-le"
     if len(cut) and (cut == cut[0]).all():
         return [cut[0].tobytes().decode(encoding, "replace").rstrip("\0")] * len(cut)

@@ -2,33 +2,38 @@
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable, Iterator
+import warnings
+from collections import deque
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, field
-from io import SEEK_CUR, BytesIO
+from io import BytesIO
 from pathlib import Path
-from typing import IO, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.opcode import Opcode
-from mcap.reader import make_reader
-from mcap.records import Channel, Chunk, Message, Schema
-from mcap.stream_reader import StreamReader, get_chunk_data_stream
+from mcap.records import Attachment, Channel, Metadata, Schema
 from numpy.typing import NDArray
 
-from . import qos
+from . import mcap_index, qos
 from .cdr import Decoder
-from .errors import BagError
+from .errors import BagDamaged, BagError
+from .mcap_file import MAGIC
+from .mcap_index import ChunkReader, Damage, FileIndex, Place
+from .messages import RECORD, Messages, merged
 
-MAGIC = b"\x89MCAP0\r\n"
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow
+
+# Chunks are read and unpacked ahead by other threads, which do that without Python's lock.
+THREADS = 2
+AHEAD = 6
 # What is decoded at once: enough to be quick, little enough for any memory.
 BATCH_MESSAGES = 4096
 BATCH_SIZE = 32 * 1024 * 1024
-RECORD = struct.Struct("<BQ")
-MESSAGE = struct.Struct("<HIQQ")
-DAMAGED = (McapError, ValueError, EOFError, struct.error, OSError)
 SECONDS = 1e-9
 
 
@@ -58,8 +63,9 @@ class Bag:
     topics : dict of str to Topic
     start, end : int, ns since the epoch
         First and last log time.
-    complete : bool
-        False where the end of a file is missing; what can be read is there all the same.
+    damages : list of Damage
+        What can't be read, as far as is known; all else can be. What is found later, while
+        messages are read, is added, with a `BagDamaged` warning.
 
     Raises
     ------
@@ -72,10 +78,16 @@ class Bag:
         self.files = mcap_files(self.path)
         self.topics: dict[str, Topic] = {}
         self.start, self.end = 0, 0
-        self.complete = True
+        self.damages: list[Damage] = []
+        self.indices: dict[Path, FileIndex] = {}
         self._decoders: dict[str, Decoder] = {}
         for file in self.files:
-            self._read_summary(file)
+            self._open(file)
+
+    @property
+    def complete(self) -> bool:
+        """False where something can't be read, as far as is known."""
+        return not self.damages
 
     @property
     def count(self) -> int:
@@ -156,132 +168,184 @@ class Bag:
                 parts[name].append(columns[name])
         if not times:
             return np.empty(0, np.int64), {name: np.empty(0) for name in fields}
-        for name, pieces in parts.items():
-            if len({piece.shape[1:] for piece in pieces}) > 1:
-                raise BagError(changing(self.topic(topic), name))
-        values = {name: np.concatenate(pieces) for name, pieces in parts.items()}
-        return np.concatenate(times), values
+        return np.concatenate(times), {n: self._joined(topic, n, pieces) for n, pieces in parts.items()}
 
     def batches(
         self, topic: str, fields: list[str], *, period: float = 0.0
     ) -> Iterator[tuple[NDArray[np.int64], dict[str, NDArray[Any]]]]:
         """Give what `columns` returns piece by piece, so that a bag need not fit into memory."""
         found = self.topic(topic)
-        for times, messages in self._raw_batches(found, Thinner(period)):
-            yield np.asarray(times, dtype=np.int64), self._decoder(found).columns(messages, fields)
+        decoder = self.decoder(topic)
+        times: list[NDArray[np.int64]] = []
+        parts: list[dict[str, NDArray[Any]]] = []
+        count = size = 0
+
+        def batch() -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
+            columns = {n: self._joined(found.name, n, [p[n] for p in parts]) for n in fields}
+            return np.concatenate(times), columns
+
+        for messages in self.read([topic], {topic: period}):
+            some = messages[topic]
+            columns = decoder.columns(some, fields)
+            alike = not parts or all(columns[n].shape[1:] == parts[0][n].shape[1:] for n in fields)
+            if count and not (alike and count < BATCH_MESSAGES and size < BATCH_SIZE):
+                yield batch()
+                times, parts, count, size = [], [], 0, 0
+            times.append(some.log_time)
+            parts.append(columns)
+            count += len(some)
+            size += sum(values.nbytes for values in columns.values())
+        if count:
+            yield batch()
 
     def times(self, topic: str) -> NDArray[np.int64]:
         """Return the log times of a topic's messages: (K,), ns since the epoch."""
-        parts = [np.asarray(t, dtype=np.int64) for t, _ in self._raw_batches(self.topic(topic))]
+        self.topic(topic)
+        parts = [messages[topic].log_time for messages in self.read([topic])]
         return np.concatenate(parts) if parts else np.empty(0, np.int64)
 
     def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
         """Give the log time and the CDR bytes of each message of a topic, in order."""
-        for times, batch in self._raw_batches(self.topic(topic)):
-            yield from zip(times, batch, strict=True)
+        self.topic(topic)
+        for messages in self.read([topic]):
+            some = messages[topic]
+            yield from zip(some.log_time.tolist(), some.data(), strict=True)
 
-    def _decoder(self, topic: Topic) -> Decoder:
-        if topic.name not in self._decoders:
-            self._decoders[topic.name] = Decoder(topic.type, topic.schema)
-        return self._decoders[topic.name]
+    def last(self, topic: str) -> bytes | None:
+        """Return the CDR bytes of a topic's last message; None where it has none."""
+        self.topic(topic)
+        found: bytes | None = None
+        for file in reversed(self.files):
+            numbers = self._numbers(file, [topic])
+            places = [p for p in self.indices[file].places if has(p, numbers)]
+            with ExitStack() as stack:
+                reader = ChunkReader(file)
+                stack.callback(reader.close)
+                for place in reversed(places):
+                    read = self._checked(reader(place))
+                    some = [read[n] for n in numbers if n in read]
+                    if some:
+                        found = max(some, key=lambda m: int(m.log_time[-1]))[-1:].data()[0]
+                        return found
+        return found
 
-    def _raw_batches(
-        self, topic: Topic, keep: Callable[[int], bool] | None = None
-    ) -> Iterator[tuple[list[int], list[bytes]]]:
-        """Give a topic's log times and CDR bytes, some chunks together."""
-        times: list[int] = []
-        batch: list[bytes] = []
-        size = 0
-        for path in self.files:
-            channels = {number for file, number in topic.channels if file == path}
-            for records in self._chunks(path) if channels else ():
-                before = len(batch)
-                pick(records, channels, keep, times, batch)
-                size += sum(map(len, batch[before:]))
-                if size > BATCH_SIZE or len(batch) > BATCH_MESSAGES:
-                    yield times, batch
-                    times, batch, size = [], [], 0
-        if batch:
-            yield times, batch
+    def dataframe(self, topic: str, fields: list[str] | None = None) -> pandas.DataFrame:
+        """Return a topic as a table of pandas, indexed by receive time; see `arrow`."""
+        import pandas
 
-    def _chunks(self, path: Path) -> Iterator[bytes]:
-        """Give the records of each chunk, and each message that lies outside chunks.
+        table = self.arrow(topic, fields).to_pandas()
+        table.index = pandas.to_datetime(table.pop("log_time"))
+        return table
 
-        Message indices are skipped: reading them would cost more than the messages.
+    def arrow(self, topic: str, fields: list[str] | None = None) -> pyarrow.Table:
+        """Return a topic as a table of Arrow, for `pyarrow.parquet.write_table`.
+
+        Arrays become lists. Without `fields` all are taken that all of the messages have.
         """
-        with path.open("rb") as file:
-            file.seek(len(MAGIC))
-            while True:
-                head = file.read(RECORD.size)
-                if len(head) < RECORD.size:
-                    break
-                opcode, length = RECORD.unpack(head)
-                if opcode == Opcode.FOOTER:
-                    return
-                if opcode not in (Opcode.CHUNK, Opcode.MESSAGE):
-                    file.seek(length, SEEK_CUR)
+        import pyarrow
+
+        names = self.fields(topic) if fields is None else fields
+        log, values = self.columns(topic, names)
+        cells = {n: list(v) if v.ndim > 1 else v for n, v in values.items()}
+        return pyarrow.table({"log_time": pyarrow.array(log, pyarrow.timestamp("ns")), **cells})
+
+    def fields(self, topic: str) -> list[str]:
+        """Return the names of the fields of a topic's first message."""
+        first = next(self.messages(topic), None)
+        return [] if first is None else list(self.decoder(topic).layout(first[1]).places)
+
+    def read(
+        self,
+        topics: list[str] | None = None,
+        period: Mapping[str, float] | None = None,
+    ) -> Iterator[dict[str, Messages]]:
+        """Give messages as they lie in the bag, a chunk at a time, undecoded.
+
+        Parameters
+        ----------
+        topics : list of str, optional
+            All if not given.
+        period : mapping of topic to s, optional
+            At most one message of the topic each period is given.
+        """
+        wanted = list(self.topics) if topics is None else topics
+        keep = {name: Thinner((period or {}).get(name, 0.0)) for name in wanted}
+        with ExitStack() as stack:
+            pool = stack.enter_context(ThreadPoolExecutor(THREADS))
+            for file in self.files:
+                numbers = self._numbers(file, wanted)
+                if not numbers:
                     continue
-                body = file.read(length)
-                if len(body) < length:
-                    break
-                if opcode == Opcode.MESSAGE:
-                    yield head + body
-                    continue
-                try:
-                    chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-                    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
-                    yield stream.read(size)
-                except DAMAGED:
-                    self.complete = False
-        self.complete = False
+                reader = ChunkReader(file)
+                stack.callback(reader.close)
+                places = needed(self.indices[file].places, numbers, keep)
+                for read in ahead(pool, reader, places):
+                    found: dict[str, Messages] = {}
+                    for number, some in self._checked(read).items():
+                        if number in numbers:
+                            name = numbers[number]
+                            some = keep[name](some)
+                            if len(some):
+                                found[name] = merged(found[name], some) if name in found else some
+                    if found:
+                        yield found
 
-    def _records(self, file: IO[bytes]) -> Iterator[Any]:
-        records = iter(StreamReader(file).records)
-        while True:
-            try:
-                record = next(records)
-            except StopIteration:
-                return
-            except DAMAGED:
-                self.complete = False
-                return
-            yield record
+    def attachment(self, name: str) -> bytes | None:
+        """Return a file that was put into the bag; None where there is none of that name."""
+        for file, index in self.indices.items():
+            if name in index.attachments:
+                return bytes(record(file, index.attachments[name], Attachment).data)
+        return None
 
-    def _read_summary(self, path: Path) -> None:
-        with path.open("rb") as file:
-            try:
-                summary = make_reader(file).get_summary()
-            except DAMAGED:
-                summary = None
-        if summary is None or summary.statistics is None:
-            self._scan(path)
-            return
-        statistics = summary.statistics
-        for channel in summary.channels.values():
-            topic = self._open_topic(path, channel, summary.schemas.get(channel.schema_id))
-            topic.count += statistics.channel_message_counts.get(channel.id, 0)
-        if statistics.message_count:
-            self._extend(statistics.message_start_time, statistics.message_end_time)
+    def notes(self) -> dict[str, dict[str, str]]:
+        """Return the pairs of a key and a text that were put into the bag, by name."""
+        return {
+            name: dict(record(file, place, Metadata).metadata)
+            for file, index in self.indices.items()
+            for name, place in index.metadata.items()
+        }
 
-    def _scan(self, path: Path) -> None:
-        """Find the topics of a file without a summary by reading all of it."""
-        schemas: dict[int, Schema] = {}
-        topics: dict[int, Topic] = {}
-        any_record = False
-        with path.open("rb") as file:
-            for record in self._records(file):
-                any_record = True
-                if isinstance(record, Schema):
-                    schemas[record.id] = record
-                elif isinstance(record, Channel):
-                    topics[record.id] = self._open_topic(
-                        path, record, schemas.get(record.schema_id)
-                    )
-                elif isinstance(record, Message) and record.channel_id in topics:
-                    topics[record.channel_id].count += 1
-                    self._extend(record.log_time, record.log_time)
-        if not any_record:
-            raise BagError(f"{path} is not an MCAP file")
+    def attachments(self) -> list[str]:
+        """Return the names of the files that were put into the bag."""
+        return sorted({name for index in self.indices.values() for name in index.attachments})
+
+    def decoder(self, topic: str) -> Decoder:
+        """Return what decodes a topic."""
+        if topic not in self._decoders:
+            found = self.topic(topic)
+            self._decoders[topic] = Decoder(found.type, found.schema)
+        return self._decoders[topic]
+
+    def _joined(self, topic: str, name: str, pieces: list[NDArray[Any]]) -> NDArray[Any]:
+        if len({piece.shape[1:] for piece in pieces}) > 1:
+            raise BagError(changing(self.topic(topic), name))
+        return np.concatenate(pieces) if len(pieces) > 1 else pieces[0]
+
+    def _numbers(self, file: Path, topics: list[str]) -> dict[int, str]:
+        """Return the channels of some topics in a file."""
+        return {n: t for t in topics for path, n in self.topics[t].channels if path == file}
+
+    def _checked(self, read: dict[int, Messages] | Damage) -> dict[int, Messages]:
+        if isinstance(read, Damage):
+            if read not in self.damages:
+                self.damages.append(read)
+                warnings.warn(f"{self.path}: {read}; the rest is read", BagDamaged, stacklevel=4)
+            return {}
+        return read
+
+    def _open(self, path: Path) -> None:
+        index = mcap_index.read(path)
+        if not index.channels and index.damages and len(self.files) == 1 and not index.places:
+            if path.stat().st_size and not is_mcap(path):
+                raise BagError(f"{path} is not an MCAP file")
+        self.indices[path] = index
+        self.damages += index.damages
+        for channel in index.channels.values():
+            topic = self._open_topic(path, channel, index.schemas.get(channel.schema_id))
+            topic.count += index.counts.get(channel.id, 0)
+        if index.count:
+            self.start = min(self.start or index.first, index.first)
+            self.end = max(self.end, index.last)
 
     def _open_topic(self, path: Path, channel: Channel, schema: Schema | None) -> Topic:
         topic = self.topics.setdefault(
@@ -297,46 +361,81 @@ class Bag:
         topic.channels.add((path, channel.id))
         return topic
 
-    def _extend(self, first: int, last: int) -> None:
-        self.start = min(self.start or first, first)
-        self.end = max(self.end, last)
-
 
 class Thinner:
     """Keeps at most one message each `period` seconds; a period of 0 keeps all."""
 
     def __init__(self, period: float) -> None:
         self.period = round(period / SECONDS)
-        self.next = 0
+        self.cell = -1  # of a fixed grid, so that jitter does not change the rate
+        self.planned = -1
 
-    def __call__(self, log_time: int) -> bool:
-        """Say whether the message of this time is kept."""
-        if log_time < self.next:
+    def __call__(self, messages: Messages) -> Messages:
+        """Return the messages that are kept."""
+        if not self.period or not len(messages):
+            return messages
+        cells = np.maximum.accumulate(messages.log_time // self.period)
+        news = np.diff(cells, prepend=self.cell) > 0
+        self.cell = max(self.cell, int(cells[-1]))
+        return messages[news]
+
+    def needs(self, place: Place) -> bool:
+        """Say whether a chunk may hold a message that is kept; chunks are asked for in order."""
+        if not self.period:
+            return True
+        last = place.last // self.period
+        if last <= self.planned:
             return False
-        # On a fixed grid, so that jitter does not change the rate.
-        if self.period:
-            self.next = log_time - log_time % self.period + self.period
+        self.planned = last
         return True
 
 
-def pick(
-    records: bytes,
-    channels: set[int],
-    keep: Callable[[int], bool] | None,
-    times: list[int],
-    batch: list[bytes],
-) -> None:
-    """Append log times and data of the messages of some channels among a chunk's records."""
-    at, end = 0, len(records)
-    while at + RECORD.size <= end:
-        opcode, length = RECORD.unpack_from(records, at)
-        at += RECORD.size
-        if opcode == Opcode.MESSAGE and at + length <= end:
-            channel, _, log_time, _ = MESSAGE.unpack_from(records, at)
-            if channel in channels and (keep is None or keep(log_time)):
-                times.append(log_time)
-                batch.append(records[at + MESSAGE.size : at + length])
-        at += length
+def needed(places: list[Place], numbers: dict[int, str], keep: dict[str, Thinner]) -> Iterator[Place]:
+    """Give the chunks that hold wanted messages."""
+    for place in places:
+        inside = [t for n, t in numbers.items() if place.channels is None or n in place.channels]
+        if inside and any([keep[topic].needs(place) for topic in inside]):
+            yield place
+
+
+def has(place: Place, numbers: Mapping[int, str]) -> bool:
+    """Say whether a chunk may hold messages of these channels."""
+    return place.channels is None or not place.channels.isdisjoint(numbers)
+
+
+def ahead(
+    pool: ThreadPoolExecutor, reader: ChunkReader, places: Iterator[Place]
+) -> Iterator[dict[int, Messages] | Damage]:
+    """Give what lies at these places, in order, some being read while others are worked on."""
+    waiting: deque[Future[dict[int, Messages] | Damage]] = deque()
+    try:
+        for place in places:
+            waiting.append(pool.submit(reader, place))
+            if len(waiting) > AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def record(file: Path, place: tuple[int, int], kind: Any) -> Any:
+    """Read a record that the index names; raises BagError where it is damaged."""
+    offset, length = place
+    with file.open("rb") as stream:
+        stream.seek(offset + RECORD.size)
+        body = stream.read(length - RECORD.size)
+    try:
+        return kind.read(ReadDataStream(BytesIO(body)))
+    except mcap_index.BROKEN as problem:
+        raise BagError(f"{file}, byte {offset}: a record can't be read: {problem}") from None
+
+
+def is_mcap(path: Path) -> bool:
+    """Say whether a file begins as MCAP files do."""
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
 
 
 def mcap_files(path: Path) -> list[Path]:
@@ -346,10 +445,8 @@ def mcap_files(path: Path) -> list[Path]:
     files = sorted(path.glob("*.mcap"), key=file_number) if path.is_dir() else [path]
     if not files:
         raise BagError(f"{path} is not a bag: it holds no .mcap file")
-    if path.is_file():
-        with path.open("rb") as file:
-            if file.read(len(MAGIC)) != MAGIC:
-                raise BagError(f"{path} is not an MCAP file")
+    if path.is_file() and not is_mcap(path):
+        raise BagError(f"{path} is not an MCAP file")
     return files
 
 

@@ -1,35 +1,49 @@
-"""Writes a bag: a folder with one MCAP file and metadata.yaml, as rosbag2 lays it out."""
+"""Writes a bag: a folder with MCAP files and metadata.yaml, as rosbag2 lays it out."""
 
 from __future__ import annotations
 
+import errno
 import os
+import resource
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import Any
-
-from mcap.writer import CompressionType, Writer
-from ruamel.yaml import YAML
 
 from . import qos
 from .definitions import definition, type_hash
 from .errors import BagError
+from .mcap_file import CHUNK_SIZE, SMALLEST_END, McapFile
+from .metadata import BagInformation, FileInformation, TopicInformation, write_metadata
 
-# Small chunks and a flush a second bound what a killed recorder loses.
-CHUNK_SIZE = 256 * 1024
+# What a killed recorder loses: a chunk is handed to the system at least this often, s.
 FLUSH_PERIOD = 1.0
+# Kept free on the disk, so that a bag can be closed in good order when the disk is full.
+RESERVE = 2 * CHUNK_SIZE
+RESERVE_NAME = ".reserve"
+# What a file system says that can reserve nothing, or a limit on files of that size.
+UNABLE = {errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS, errno.EFBIG}
 
 
 @dataclass
 class Written:
-    """What one topic's channel has received so far."""
+    """What one topic has received so far; `channel` is its number in the open file."""
 
     name: str
     type: str
+    schema: str
     profiles: list[qos.Qos]
     hash: str
     count: int = 0
+    channel: int = 0
+
+
+@dataclass
+class Extras:
+    """What lies in a bag beside messages; it is put into each of its files."""
+
+    attachments: dict[str, tuple[str, bytes, int]] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
 
 
 class BagWriter:
@@ -45,65 +59,99 @@ class BagWriter:
         The bag's folder; must not exist yet.
     flush_period : float, s
         How long a message may wait before it is handed to the file system.
+    max_size : int, bytes
+        A new file is begun before one grows beyond this; 0: never.
+    max_duration : float, s
+        A new file is begun when one is as long as this; 0: never.
+
+    Attributes
+    ----------
+    lost : int
+        Messages that were taken but could not be kept, because the disk was full.
 
     Raises
     ------
     BagError
         The folder exists.
+    OSError
+        It can't be made, or the disk has no room for a bag.
     """
 
-    def __init__(self, path: str | Path, *, flush_period: float = FLUSH_PERIOD) -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        flush_period: float = FLUSH_PERIOD,
+        max_size: int = 0,
+        max_duration: float = 0.0,
+    ) -> None:
         self.path = Path(path)
         try:
             self.path.mkdir(parents=True)
         except FileExistsError:
             raise BagError(f"{path} exists already; name another bag or remove it") from None
-        self.topics: dict[int, Written] = {}
+        self.topics: list[Written] = []
         self.count = 0
-        self._file_name = f"{self.path.absolute().name}_0.mcap"
-        self._file = (self.path / self._file_name).open("wb")
-        self._writer = Writer(self._file, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
-        self._writer.start("ros2", "flexsim")
-        self._schemas: dict[str, int] = {}
-        self._first = 0
+        self.lost = 0
+        self.parts: list[McapFile] = []
+        self._max_size = smallest_limit(max_size)
+        self._max_duration = round(max_duration * 1e9)
+        self._chunk_size = min(CHUNK_SIZE, max(4096, self._max_size // 4)) if self._max_size else CHUNK_SIZE
         self._last = 0
+        self._extras = Extras()
         self._flush_period = flush_period
-        self._flushed = time.monotonic()
+        self._closed = False
+        reserve(self.path / RESERVE_NAME, RESERVE)
+        self._begin()
 
     @property
     def size(self) -> int:
-        """Bytes in the file so far."""
-        return self._file.tell()
+        """Bytes in the files so far."""
+        return sum(part.whole for part in self.parts)
 
-    def add_topic(self, name: str, type_name: str, profiles: list[qos.Qos] | None = None) -> int:
-        """Open a channel for a topic and return its number.
+    def add_topic(
+        self,
+        name: str,
+        type_name: str,
+        profiles: list[qos.Qos] | None = None,
+        *,
+        schema: str | None = None,
+        hash: str | None = None,
+    ) -> int:
+        """Make a topic known and return its number.
 
         Parameters
         ----------
         name : str
             The topic, with its leading slash.
         type_name : str
-            `pkg/msg/Type`; its definition is taken from the installed package.
+            `pkg/msg/Type`.
         profiles : list of dict, optional
             The quality of service that the publishers offer; reliable, depth 10 if not given.
+        schema, hash : str, optional
+            The type's ros2msg text and its RIHS01 hash; from the installed package if not given.
         """
         offered = [qos.offered()] if profiles is None else profiles
-        if type_name not in self._schemas:
-            text = definition(type_name).encode()
-            self._schemas[type_name] = self._writer.register_schema(type_name, "ros2msg", text)
-        written = Written(name, type_name, offered, type_hash(type_name))
-        channel = self._writer.register_channel(
-            name,
-            "cdr",
-            self._schemas[type_name],
-            {"offered_qos_profiles": qos.to_yaml(offered), "topic_type_hash": written.hash},
-        )
-        self.topics[channel] = written
-        return channel
+        text = definition(type_name) if schema is None else schema
+        said = type_hash(type_name) if hash is None else hash
+        topic = Written(name, type_name, text, offered, said)
+        self.topics.append(topic)
+        self._open_channel(topic)
+        return len(self.topics)
+
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Put a file into the bag, such as the scene that was simulated."""
+        self._extras.attachments[name] = (media_type, data, self._last)
+        self._file.add_attachment(name, media_type, data, self._last)
+
+    def note(self, name: str, pairs: dict[str, str]) -> None:
+        """Put pairs of a key and a text into the bag, such as a node's parameters."""
+        self._extras.metadata[name] = pairs
+        self._file.add_metadata(name, pairs)
 
     def write(
         self,
-        channel: int,
+        topic: int,
         data: bytes,
         log_time: int,
         publish_time: int | None = None,
@@ -113,41 +161,53 @@ class BagWriter:
 
         Parameters
         ----------
-        channel : int
+        topic : int
             What `add_topic` returned.
         data : bytes
             The message in CDR, with its encapsulation header.
         log_time, publish_time : int, ns since the epoch
             When it was received and sent. Times in a bag never run backwards, so an earlier
             `log_time` than the last one is written as the last one.
+
+        Raises
+        ------
+        OSError
+            The disk is full, say. `close` then ends the bag in good order; what was taken so far
+            is in it, except for what `lost` counts.
         """
-        if self.count == 0:
-            self._first = log_time
-        elif log_time < self._last:
+        if self.count and log_time < self._last:
             log_time = self._last
+        if self._is_full(len(data), log_time):
+            self._split()
         self._last = log_time
-        self._writer.add_message(
-            channel, log_time, data, log_time if publish_time is None else publish_time, sequence
-        )
-        self.topics[channel].count += 1
+        written = self.topics[topic - 1]
+        written.count += 1
         self.count += 1
+        self._file.write(
+            written.channel, data, log_time, log_time if publish_time is None else publish_time, sequence
+        )
 
     def flush_if_due(self) -> None:
         """Hand the open chunk to the file system if it has waited long enough."""
         now = time.monotonic()
         if now - self._flushed >= self._flush_period:
-            self._writer.flush()
+            self._file.flush()
             self._flushed = now
 
     def close(self) -> None:
-        """Finish the file and write metadata.yaml; closing twice does nothing."""
-        if self._file.closed:
+        """Finish the file and write metadata.yaml; closing twice does nothing.
+
+        Raises
+        ------
+        OSError
+            The disk is so full that even this is not possible; `flexsim recover` mends the bag.
+        """
+        if self._closed:
             return
-        try:
-            self._writer.finish()
-        finally:
-            self._file.close()
-        write_metadata(self.path, self._metadata())
+        self._closed = True
+        (self.path / RESERVE_NAME).unlink(missing_ok=True)
+        self._finish()
+        write_metadata(self.path, self._information())
 
     def __enter__(self) -> BagWriter:
         return self
@@ -160,46 +220,83 @@ class BagWriter:
     ) -> None:
         self.close()
 
-    def _metadata(self) -> dict[str, Any]:
-        extent = {
-            "duration": {"nanoseconds": self._last - self._first},
-            "starting_time": {"nanoseconds_since_epoch": self._first},
-            "message_count": self.count,
-        }
-        return {
-            "version": 9,
-            "storage_identifier": "mcap",
-            **extent,
-            "topics_with_message_count": [
-                {
-                    "topic_metadata": {
-                        "name": topic.name,
-                        "type": topic.type,
-                        "serialization_format": "cdr",
-                        "offered_qos_profiles": topic.profiles,
-                        "type_description_hash": topic.hash,
-                    },
-                    "message_count": topic.count,
-                }
-                for topic in self.topics.values()
+    @property
+    def _file(self) -> McapFile:
+        return self.parts[-1]
+
+    def _begin(self) -> None:
+        """Begin a file that can be read without the others."""
+        name = f"{self.path.absolute().name}_{len(self.parts)}.mcap"
+        self.parts.append(McapFile(self.path / name, chunk_size=self._chunk_size))
+        self._schemas: dict[tuple[str, str], int] = {}
+        for metadata, pairs in self._extras.metadata.items():
+            self._file.add_metadata(metadata, pairs)
+        for attachment, (media_type, data, created) in self._extras.attachments.items():
+            self._file.add_attachment(attachment, media_type, data, created)
+        for topic in self.topics:
+            self._open_channel(topic)
+        self._flushed = time.monotonic()
+
+    def _open_channel(self, topic: Written) -> None:
+        kind = (topic.type, topic.schema)
+        if kind not in self._schemas:
+            self._schemas[kind] = self._file.add_schema(topic.type, topic.schema.encode())
+        topic.channel = self._file.add_channel(
+            topic.name,
+            self._schemas[kind],
+            {"offered_qos_profiles": qos.to_yaml(topic.profiles), "topic_type_hash": topic.hash},
+        )
+
+    def _is_full(self, message: int, log_time: int) -> bool:
+        file = self._file
+        if file.count == 0:
+            return False
+        if self._max_duration and log_time - file.first >= self._max_duration:
+            return True
+        return bool(self._max_size) and file.size_at_most + message > self._max_size
+
+    def _split(self) -> None:
+        self._finish()
+        self._begin()
+
+    def _finish(self) -> None:
+        file = self._file
+        if not file.closed:
+            before = file.counts
+            try:
+                file.finish()
+            finally:
+                for topic in self.topics:
+                    topic.count -= before[topic.channel] - file.counts[topic.channel]
+                dropped = sum(before.values()) - file.count
+                self.lost += dropped
+                self.count -= dropped
+
+    def _information(self) -> BagInformation:
+        return BagInformation(
+            [
+                TopicInformation(t.name, t.type, t.profiles, t.hash, t.count)
+                for t in self.topics
             ],
-            "compression_format": "",
-            "compression_mode": "",
-            "relative_file_paths": [self._file_name],
-            "files": [{"path": self._file_name, **extent}],
-            "custom_data": None,
-            "ros_distro": os.environ.get("ROS_DISTRO", "jazzy"),
-        }
+            [FileInformation(p.path.name, p.first, p.last, p.count) for p in self.parts],
+        )
 
 
-def write_metadata(folder: Path, information: dict[str, Any]) -> None:
-    """Write metadata.yaml whole or not at all."""
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = False
-    # A reader that follows no aliases must still see every profile.
-    yaml.representer.ignore_aliases = lambda data: True
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-    unfinished = folder / "metadata.yaml.part"
-    with unfinished.open("w", encoding="utf-8") as file:
-        yaml.dump({"rosbag2_bagfile_information": information}, file)
-    unfinished.replace(folder / "metadata.yaml")
+def smallest_limit(asked: int) -> int:
+    """Return how large a file may become, bytes: as asked, or as the system allows; 0: any size."""
+    allowed, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    limits = [n for n in (asked, allowed) if 0 < n != resource.RLIM_INFINITY]
+    return max(min(limits), SMALLEST_END) if limits else 0
+
+
+def reserve(path: Path, size: int) -> None:
+    """Keep space on the disk; where the file system can't, nothing is kept."""
+    try:
+        with path.open("xb") as file:
+            os.posix_fallocate(file.fileno(), 0, size)
+    except OSError as failure:
+        path.unlink(missing_ok=True)
+        if failure.errno in UNABLE:
+            return
+        path.parent.rmdir()
+        raise

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .palette import SERIES
+
 # Turbo-like would shout; this runs from calm blue over sand to red, and is even in lightness.
 SCALE = np.array(
     [[76, 120, 168], [122, 165, 196], [222, 206, 170], [242, 160, 88], [214, 69, 60]], dtype=float
@@ -12,11 +14,6 @@ SCALE = np.array(
 GHOST = (190, 196, 206, 110)
 NODE = (245, 245, 245)
 TRACE = (242, 160, 88, 200)
-# Tells series of a plot apart, also for colour-blind eyes (Okabe and Ito).
-SERIES = [
-    (86, 180, 233), (230, 159, 0), (0, 158, 115), (204, 121, 167),
-    (240, 228, 66), (0, 114, 178), (213, 94, 0), (160, 160, 160),
-]  # fmt: skip
 
 
 def along_scale(fraction: NDArray[np.floating]) -> NDArray[np.uint32]:

@@ -30,6 +30,10 @@ class RobotView:
         Shown is rigid + scale * (deformed - rigid).
     full_colour : float, m
         The elastic displacement that gets the strongest colour.
+    root : str
+        The entity below which it is logged.
+    tint : tuple of int, optional
+        One colour for all of it, instead of one that shows the displacement.
     """
 
     def __init__(
@@ -39,8 +43,12 @@ class RobotView:
         *,
         scale: float,
         full_colour: float,
+        root: str = "robot",
+        tint: tuple[int, int, int] | None = None,
     ) -> None:
         self.recording = recording
+        self.root = root
+        self.tint = tint
         self.scale = scale
         self.full_colour = max(full_colour, 1e-9)
         self.tube = Tube(skeleton)
@@ -49,27 +57,30 @@ class RobotView:
         self._tip: NDArray | None = None
         self._status: str | None = None
         recording.log(
-            "robot/deformed",
-            rr.Mesh3D.from_fields(triangle_indices=self.tube.triangles),
+            f"{root}/deformed",
+            rr.Mesh3D.from_fields(
+                triangle_indices=self.tube.triangles,
+                albedo_factor=None if tint is None else (*tint, 255),
+            ),
             static=True,
         )
         recording.log(
-            "robot/rigid",
+            f"{root}/rigid",
             rr.Mesh3D.from_fields(triangle_indices=self.ghost.triangles, albedo_factor=GHOST),
             static=True,
         )
         recording.log(
-            "robot/nodes",
+            f"{root}/nodes",
             rr.Points3D.from_fields(colors=[NODE], radii=[1.15 * self.radius]),
             static=True,
         )
         recording.log(
-            "robot/tip",
+            f"{root}/tip",
             rr.LineStrips3D.from_fields(colors=[TRACE], radii=[0.1 * self.radius]),
             static=True,
         )
         recording.log(
-            "robot/tip/deflection",
+            f"{root}/tip/deflection",
             rr.SeriesLines(
                 names=["tip"],
                 colors=[SERIES[1]],
@@ -102,30 +113,28 @@ class RobotView:
         shown = rigid + self.scale * elastic
         index = [rr.TimeColumn(TIMELINE, duration=time)]
 
-        amount = np.linalg.norm(self.tube.centre(elastic), axis=2) / self.full_colour
-        colours = along_scale(self.tube.over_vertices(amount))
         vertices, normals = self.tube.vertices(self.tube.centre(shown))
         count = [vertices.shape[1]] * frames
+        skin = {"vertex_positions": vertices.reshape(-1, 3), "vertex_normals": normals.reshape(-1, 3)}
+        if self.tint is None:
+            amount = np.linalg.norm(self.tube.centre(elastic), axis=2) / self.full_colour
+            skin["vertex_colors"] = along_scale(self.tube.over_vertices(amount)).ravel()
         self.recording.send_columns(
-            "robot/deformed",
+            f"{self.root}/deformed",
             indexes=index,
-            columns=rr.Mesh3D.columns(
-                vertex_positions=vertices.reshape(-1, 3),
-                vertex_normals=normals.reshape(-1, 3),
-                vertex_colors=colours.ravel(),
-            ).partition(count),
+            columns=rr.Mesh3D.columns(**skin).partition(count),
         )
         vertices, normals = self.ghost.vertices(self.ghost.centre(rigid), GHOST_THICKNESS)
         count = [vertices.shape[1]] * frames
         self.recording.send_columns(
-            "robot/rigid",
+            f"{self.root}/rigid",
             indexes=index,
             columns=rr.Mesh3D.columns(
                 vertex_positions=vertices.reshape(-1, 3), vertex_normals=normals.reshape(-1, 3)
             ).partition(count),
         )
         self.recording.send_columns(
-            "robot/nodes",
+            f"{self.root}/nodes",
             indexes=index,
             columns=rr.Points3D.columns(positions=shown.reshape(-1, 3)).partition(
                 [shown.shape[1]] * frames
@@ -137,7 +146,7 @@ class RobotView:
         steps = np.stack([before, tip], axis=1)
         self._tip = tip[-1:]
         self.recording.send_columns(
-            "robot/tip", indexes=index, columns=rr.LineStrips3D.columns(strips=steps)
+            f"{self.root}/tip", indexes=index, columns=rr.LineStrips3D.columns(strips=steps)
         )
 
     def log_deflection(
@@ -146,7 +155,7 @@ class RobotView:
         """Log how far the tip, the last node, is from where the rigid robot has it, in mm."""
         tip = np.linalg.norm(position[:, -3:] - rigid_position[:, -3:], axis=1)
         self.recording.send_columns(
-            "robot/tip/deflection",
+            f"{self.root}/tip/deflection",
             indexes=[rr.TimeColumn(TIMELINE, duration=time)],
             columns=rr.Scalars.columns(scalars=tip * MILLIMETRES),
         )
@@ -161,7 +170,7 @@ class RobotView:
         self._status = words[-1]
         levels = ["INFO" if words[i] == "ok" else "WARN" for i in changed]
         self.recording.send_columns(
-            "robot/status",
+            f"{self.root}/status",
             indexes=[rr.TimeColumn(TIMELINE, duration=time[changed])],
             columns=rr.TextLog.columns(text=[words[i] for i in changed], level=levels),
         )

@@ -12,34 +12,19 @@ from flexsim_node import Scene, natural_frequencies
 
 from ..bag import Bag
 from ..controller import Move
-from ..rerun_view.colour import SERIES
+from ..figures.style import BLUE, COLOURS, GHOST, GRID, INK, ORANGE, styled
 from .figures import Motion, motion
 
 EXAGGERATION = 4.0
 SHAPES = 7
 MILLIMETRES = 1e3
-INK, GRID, GHOST = "#22262e", "#d9dce1", "#b4bac4"
 HIGHEST = 30.0  # Hz
-COLOURS = [tuple(c / 255 for c in colour) for colour in SERIES]
-BLUE, ORANGE = COLOURS[5], COLOURS[6]
 
 
 def draw(bag: Path, scene: Scene, move: Move, until: float, file: Path) -> None:
     """Draw a trial's picture into a PNG."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
     moved = motion(Bag(bag), until)
-    style = {
-        "font.size": 10, "axes.edgecolor": INK, "axes.labelcolor": INK, "text.color": INK,
-        "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False,
-        "axes.spines.right": False, "axes.grid": True, "grid.color": GRID, "grid.linewidth": 0.6,
-        "axes.titlelocation": "left", "axes.titlesize": 11, "axes.titleweight": "bold",
-        "legend.frameon": False, "lines.linewidth": 1.2,
-    }  # fmt: skip
-    with pyplot.rc_context(style):
+    with styled() as pyplot:
         figure = pyplot.figure(figsize=(14.0, 8.0), layout="constrained")
         grid = figure.add_gridspec(3, 2, width_ratios=[1.0, 1.15], height_ratios=[1.0, 1.25, 1.0])
         arm(figure.add_subplot(grid[:, 0], projection="3d"), moved, move)

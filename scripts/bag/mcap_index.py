@@ -1,0 +1,441 @@
+"""Finds out what is in an MCAP file: from its summary, or where that is missing by reading on.
+
+Reading on goes past damage: what can't be read is noted with its place, and the next chunk is
+looked for.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import struct
+import zlib
+from dataclasses import dataclass, field
+from functools import partial
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    Footer,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
+from numpy.typing import NDArray
+
+from .mcap_file import FOOTER_HEAD, FOOTER_LENGTH, MAGIC
+from .messages import RECORD, Messages, by_index, by_walking
+
+CHUNK_HEAD = struct.Struct("<QQQI")
+LARGEST_CHUNK = 1 << 32
+COMPRESSIONS = (b"", b"lz4", b"zstd")
+BROKEN = (McapError, ValueError, EOFError, struct.error, OverflowError, MemoryError, RuntimeError)
+TIMES = struct.Struct("<QQ")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a chunk lies in its file, or a message outside chunks, which is taken for one.
+
+    Attributes
+    ----------
+    offset, length : bytes of the record, with its head
+    indices : bytes of the message indices behind it
+    first, last : ns, log times
+    channels : those it has messages of; None where that is not known
+    """
+
+    offset: int
+    length: int
+    indices: int
+    first: int
+    last: int
+    channels: frozenset[int] | None = None
+
+
+@dataclass(frozen=True)
+class Damage:
+    """What can't be read, and where: bytes of a file, and log times as far as they are known."""
+
+    file: Path
+    offset: int
+    what: str
+    first: int = 0
+    last: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.file.name}, byte {self.offset}: {self.what}"
+
+
+@dataclass
+class FileIndex:
+    """What is in a file.
+
+    Attributes
+    ----------
+    counts : messages by channel
+    ended : whether the file has its end
+    summed : whether the file's own summary was found, and is what this was made of
+    chunked : whether it has chunks; then a message outside them is a damaged record
+    """
+
+    path: Path
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)
+    places: list[Place] = field(default_factory=list)
+    attachments: dict[str, tuple[int, int]] = field(default_factory=dict)
+    metadata: dict[str, tuple[int, int]] = field(default_factory=dict)
+    first: int = 0
+    last: int = 0
+    ended: bool = True
+    summed: bool = False
+    chunked: bool = False
+    damages: list[Damage] = field(default_factory=list)
+
+    @property
+    def count(self) -> int:
+        """Messages of all channels."""
+        return sum(self.counts.values())
+
+    def extend(self, first: int, last: int) -> None:
+        """Take up log times."""
+        self.first = min(self.first or first, first)
+        self.last = max(self.last, last)
+
+
+def read(path: Path) -> FileIndex:
+    """Return what is in a file; never raises for what is in it, only OSError where it can't be read."""
+    with path.open("rb") as file:
+        if path.stat().st_size == 0:
+            empty = FileIndex(path, ended=False)
+            empty.damages.append(Damage(path, 0, "the file is empty"))
+            return empty
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            try:
+                found = from_summary(path, data)
+            except BROKEN:
+                found = None
+            return scan(path, data) if found is None else found
+
+
+def has_plain_end(data: mmap.mmap) -> bool:
+    """Say whether a file ends as one does that was written without a summary."""
+    at = len(data) - len(MAGIC) - 9 - FOOTER_LENGTH
+    plain = RECORD.pack(Opcode.FOOTER, FOOTER_LENGTH) + bytes(8)
+    return at > 0 and data[-len(MAGIC) :] == MAGIC and data[at : at + len(plain)] == plain
+
+
+def parsed(kind: Any, body: bytes) -> Any:
+    """Read a record's body; raises one of BROKEN."""
+    stream = BytesIO(body)
+    record = kind.read(ReadDataStream(stream))
+    if stream.tell() > len(body):
+        raise ValueError("longer than its record")
+    return record
+
+
+def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
+    """Read the summary; None where there is none that can be trusted."""
+    size = len(data)
+    footer_at = size - len(MAGIC) - 9 - FOOTER_LENGTH
+    if footer_at < len(MAGIC) or data[-len(MAGIC) :] != MAGIC:
+        return None
+    if RECORD.unpack_from(data, footer_at) != (Opcode.FOOTER, FOOTER_LENGTH):
+        return None
+    footer = parsed(Footer, data[footer_at + 9 : size - len(MAGIC)])
+    start = footer.summary_start
+    if not len(MAGIC) < start < footer_at:
+        return None
+    summary = data[start:footer_at]
+    head = FOOTER_HEAD.pack(Opcode.FOOTER, FOOTER_LENGTH, start, footer.summary_offset_start)
+    if footer.summary_crc and zlib.crc32(head, zlib.crc32(summary)) != footer.summary_crc:
+        return None
+    found = FileIndex(path, summed=True)
+    statistics: Statistics | None = None
+    at = 0
+    while at + RECORD.size <= len(summary):
+        opcode, length = RECORD.unpack_from(summary, at)
+        body = summary[at + RECORD.size : at + RECORD.size + length]
+        at += RECORD.size + length
+        if opcode == Opcode.SCHEMA:
+            schema = parsed(Schema, body)
+            found.schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            channel = parsed(Channel, body)
+            found.channels[channel.id] = channel
+        elif opcode == Opcode.STATISTICS:
+            statistics = parsed(Statistics, body)
+        elif opcode == Opcode.CHUNK_INDEX:
+            i = parsed(ChunkIndex, body)
+            channels = frozenset(i.message_index_offsets) or None
+            found.places.append(
+                Place(
+                    i.chunk_start_offset, i.chunk_length, i.message_index_length,
+                    i.message_start_time, i.message_end_time, channels,
+                )
+            )  # fmt: skip
+        elif opcode == Opcode.ATTACHMENT_INDEX:
+            a = parsed(AttachmentIndex, body)
+            found.attachments[a.name] = (a.offset, a.length)
+        elif opcode == Opcode.METADATA_INDEX:
+            m = parsed(MetadataIndex, body)
+            found.metadata[m.name] = (m.offset, m.length)
+    if statistics is None or statistics.chunk_count != len(found.places):
+        return None
+    if statistics.message_count and not (found.places and found.channels):
+        return None  # messages outside chunks, or channels that only the data name
+    found.counts = {n: statistics.channel_message_counts.get(n, 0) for n in found.channels}
+    if found.count != statistics.message_count:
+        return None
+    if statistics.message_count:
+        found.first, found.last = statistics.message_start_time, statistics.message_end_time
+    found.places.sort(key=lambda place: place.offset)
+    return found
+
+
+def scan(path: Path, data: mmap.mmap) -> FileIndex:
+    """Find all that can be read, from the beginning to the end of a file."""
+    found = FileIndex(path, ended=False)
+    size = len(data)
+    inside: tuple[dict[int, Schema], dict[int, Channel]] = ({}, {})
+    at = len(MAGIC)
+    if data[: len(MAGIC)] != MAGIC:
+        found.damages.append(Damage(path, 0, "it does not begin as an MCAP file"))
+        if not size > len(MAGIC) or not 1 <= data[len(MAGIC)] <= 0x0F:
+            at = next_chunk(data, 0)
+    while at < size:
+        if data[at : at + len(MAGIC)] == MAGIC and at + len(MAGIC) == size:
+            break
+        length = sound_length(data, at, size)
+        if length is None:
+            beyond = next_chunk(data, at + 1)
+            what = "the file ends within a record" if beyond >= size else "what stands here is no record"
+            if not found.ended:
+                found.damages.append(Damage(path, at, what))
+            at = beyond
+            continue
+        opcode = data[at]
+        body = at + RECORD.size
+        try:
+            if opcode in (Opcode.DATA_END, Opcode.FOOTER):
+                found.ended = True
+            elif opcode == Opcode.CHUNK:
+                take_chunk(found, data, at, RECORD.size + length, inside)
+            elif opcode == Opcode.MESSAGE_INDEX:
+                extend_indices(found, at, RECORD.size + length)
+            elif not found.ended:
+                take_record(found, opcode, data[body : body + length], at)
+        except BROKEN as problem:
+            if opcode == Opcode.CHUNK:
+                # Where its length is wrong, the next chunk begins within it.
+                length = resumed(data, at, RECORD.size + length) - RECORD.size
+            found.damages.append(damaged_record(path, data, at, opcode, problem))
+        at = body + length
+    # What bears a checksum counts for more.
+    found.schemas.update(inside[0])
+    found.channels.update(inside[1])
+    unknown = sum(count for n, count in found.counts.items() if n not in found.channels)
+    if unknown:
+        found.damages.append(Damage(path, 0, f"{unknown} messages are of channels that nothing describes"))
+    found.counts = {n: found.counts.get(n, 0) for n in found.channels}
+    if not found.ended:
+        if not any("ends within" in d.what for d in found.damages):
+            found.damages.append(Damage(path, size, "the file has no end"))
+    elif not has_plain_end(data):
+        found.damages.append(Damage(path, size, "the index at the file's end is damaged"))
+    return found
+
+
+def sound_length(data: mmap.mmap, at: int, size: int) -> int | None:
+    """Return the length of the record that begins here; None where none does."""
+    if at + RECORD.size > size:
+        return None
+    opcode, length = RECORD.unpack_from(data, at)
+    if not 0 < opcode <= 0x0F or at + RECORD.size + length > size:
+        return None
+    return int(length)
+
+
+def next_chunk(data: mmap.mmap, start: int) -> int:
+    """Return where the next compressed chunk begins, or the end of the file."""
+    back = RECORD.size + CHUNK_HEAD.size
+    nearest = len(data)
+    for name in (b"zstd", b"lz4"):
+        mark = struct.pack("<I", len(name)) + name
+        at = data.find(mark, start + back)
+        while 0 <= at < nearest + back:
+            begin = at - back
+            length = sound_length(data, begin, len(data))
+            if length is not None and data[begin] == Opcode.CHUNK and chunk_fits(data, begin, length):
+                nearest = min(nearest, begin)
+                break
+            at = data.find(mark, at + 1)
+    return nearest
+
+
+def chunk_fits(data: mmap.mmap, at: int, length: int) -> bool:
+    """Say whether a chunk's own lengths agree with its record's."""
+    try:
+        return unpacked_head(data, at, length)[-1] >= 0
+    except BROKEN:
+        return False
+
+
+def unpacked_head(data: Any, at: int, length: int) -> tuple[int, int, int, int, bytes, int, int]:
+    """Return a chunk's first, last, size, checksum, compression, and where its data lie, how long."""
+    first, last, size, checksum = CHUNK_HEAD.unpack_from(data, at + RECORD.size)
+    name_at = at + RECORD.size + CHUNK_HEAD.size
+    (name_length,) = struct.unpack_from("<I", data, name_at)
+    if name_length > 4:
+        raise ValueError("its compression is unknown")
+    compression = bytes(data[name_at + 4 : name_at + 4 + name_length])
+    (packed,) = struct.unpack_from("<Q", data, name_at + 4 + name_length)
+    begin = name_at + 12 + name_length
+    if compression not in COMPRESSIONS:
+        raise ValueError("its compression is unknown")
+    if begin + packed != at + RECORD.size + length or size > LARGEST_CHUNK:
+        raise ValueError("its lengths do not agree")
+    return first, last, size, checksum, compression, begin, packed
+
+
+def unpacked(data: Any, at: int, length: int) -> NDArray[np.uint8]:
+    """Return a chunk's records; raises one of BROKEN.  `length` is without the record's head."""
+    _, _, size, checksum, compression, begin, packed = unpacked_head(data, at, length)
+    squeezed = data[begin : begin + packed]
+    if compression == b"zstd":
+        import zstandard
+
+        try:
+            plain = zstandard.ZstdDecompressor().decompress(squeezed, max_output_size=size)
+        except zstandard.ZstdError as problem:
+            raise ValueError("it can't be decompressed") from problem
+    elif compression == b"lz4":
+        import lz4.frame
+
+        plain = lz4.frame.decompress(squeezed)
+    else:
+        plain = bytes(squeezed)
+    if len(plain) != size:
+        raise ValueError("it is not as long as it says")
+    if checksum and zlib.crc32(plain) != checksum:
+        raise ValueError("its checksum is wrong")
+    return np.frombuffer(plain, dtype=np.uint8)
+
+
+def take_chunk(
+    found: FileIndex,
+    data: mmap.mmap,
+    at: int,
+    length: int,
+    inside: tuple[dict[int, Schema], dict[int, Channel]],
+) -> None:
+    """Take up a chunk that was met; raises one of BROKEN."""
+    found.chunked = True
+    messages, others = by_walking(unpacked(data, at, length - RECORD.size))
+    for opcode, body in others:
+        if opcode == Opcode.SCHEMA:
+            schema = parsed(Schema, body)
+            inside[0][schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            channel = parsed(Channel, body)
+            inside[1][channel.id] = channel
+    first = min((int(m.log_time.min()) for m in messages.values()), default=0)
+    last = max((int(m.log_time.max()) for m in messages.values()), default=0)
+    found.places.append(Place(at, length, 0, first, last, frozenset(messages)))
+    for number, some in messages.items():
+        found.counts[number] = found.counts.get(number, 0) + len(some)
+        found.extend(int(some.log_time.min()), int(some.log_time.max()))
+
+
+def extend_indices(found: FileIndex, at: int, length: int) -> None:
+    """Count a message index to the chunk that it follows."""
+    if not found.places:
+        return
+    last = found.places[-1]
+    if last.offset + last.length + last.indices == at:
+        found.places[-1] = Place(
+            last.offset, last.length, last.indices + length, last.first, last.last, last.channels
+        )
+
+
+def take_record(found: FileIndex, opcode: int, body: bytes, at: int) -> None:
+    """Take up a record that stands outside chunks; raises one of BROKEN."""
+    if opcode == Opcode.SCHEMA:
+        schema = parsed(Schema, body)
+        found.schemas.setdefault(schema.id, schema)
+    elif opcode == Opcode.CHANNEL:
+        channel = parsed(Channel, body)
+        found.channels.setdefault(channel.id, channel)
+    elif opcode == Opcode.ATTACHMENT:
+        name = parsed(Attachment, body).name
+        found.attachments[name] = (at, RECORD.size + len(body))
+    elif opcode == Opcode.METADATA:
+        name = parsed(Metadata, body).name
+        found.metadata[name] = (at, RECORD.size + len(body))
+    elif opcode == Opcode.MESSAGE and found.channels and not found.chunked and len(body) >= 22:
+        channel_number, _ = struct.unpack_from("<HI", body)
+        log_time, _ = TIMES.unpack_from(body, 6)
+        found.places.append(
+            Place(at, RECORD.size + len(body), 0, log_time, log_time, frozenset((channel_number,)))
+        )
+        found.counts[channel_number] = found.counts.get(channel_number, 0) + 1
+        found.extend(log_time, log_time)
+
+
+def resumed(data: mmap.mmap, at: int, length: int) -> int:
+    """Return by how much to go on behind a damaged chunk: its length, or to the next if that is near."""
+    end = at + length
+    if end < len(data) and sound_length(data, end, len(data)) is not None:
+        return length
+    return min(next_chunk(data, at + 1), len(data)) - at
+
+
+def damaged_record(path: Path, data: mmap.mmap, at: int, opcode: int, problem: BaseException) -> Damage:
+    """Say what is wrong with a record."""
+    if opcode != Opcode.CHUNK:
+        return Damage(path, at, f"a record of kind {opcode} can't be read")
+    first, last = TIMES.unpack_from(data, at + RECORD.size)
+    return Damage(path, at, f"a chunk is damaged: {problem}", first, last)
+
+
+class ChunkReader:
+    """Reads the messages of chunks; can be called from several threads."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._file = path.open("rb")
+        self._number = self._file.fileno()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def __call__(self, place: Place) -> dict[int, Messages] | Damage:
+        """Return a place's messages by channel, or why they can't be read."""
+        data = os.pread(self._number, place.length + place.indices, place.offset)
+        damage = partial(Damage, self.path, place.offset, first=place.first, last=place.last)
+        if len(data) < place.length:
+            return damage("the file ends within a chunk")
+        try:
+            opcode, length = RECORD.unpack_from(data)
+            if opcode == Opcode.MESSAGE and RECORD.size + length == place.length:
+                return by_walking(np.frombuffer(data, np.uint8))[0]
+            if opcode != Opcode.CHUNK or RECORD.size + length != place.length:
+                return damage("a chunk is damaged: it does not begin where the index says")
+            chunk = unpacked(data, 0, length)
+            found = by_index(chunk, data[place.length :]) if place.indices else None
+            return by_walking(chunk)[0] if found is None else found
+        except BROKEN as problem:
+            return damage(f"a chunk is damaged: {problem}")
+

@@ -1,0 +1,204 @@
+"""Mends a bag: what can be read goes into files that are whole, and metadata.yaml is made anew."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from mcap.records import Attachment, Metadata
+
+from . import mcap_index, qos
+from .errors import BagError
+from .mcap_file import McapFile
+from .mcap_index import ChunkReader, Damage, FileIndex
+from .messages import Messages, merged
+from .metadata import BagInformation, FileInformation, TopicInformation, write_metadata
+from .reader import mcap_files, record
+from .writer import RESERVE_NAME
+
+UNFINISHED, DAMAGED = ".part", ".damaged"
+
+
+@dataclass
+class Mended:
+    """What became of one file.
+
+    Attributes
+    ----------
+    count : messages that it holds now
+    expected : messages that it held, as far as its own index says; None where it has none
+    lost : what could not be read
+    kept : the file as it was, where something within it was damaged
+    """
+
+    file: Path
+    count: int = 0
+    expected: int | None = None
+    lost: list[Damage] = field(default_factory=list)
+    written_anew: bool = False
+    kept: Path | None = None
+
+
+def mend(path: Path, output: Path | None = None) -> list[Mended]:
+    """Mend a bag.
+
+    Parameters
+    ----------
+    path : Path
+        The bag's folder, or one .mcap file of it.
+    output : Path, optional
+        Where to write a whole copy; if not given the bag itself is mended. A file that has damage
+        within, not only a missing end, is kept beside as `.mcap.damaged`.
+
+    Raises
+    ------
+    BagError
+        There is no bag, or nothing in it can be read, or `output` exists.
+    """
+    files = mcap_files(path)
+    folder = path if path.is_dir() else path.parent
+    if output is not None:
+        if output.exists():
+            raise BagError(f"{output} exists already; name another bag or remove it")
+        output.mkdir(parents=True)
+        folder = output
+    results, indices = [], []
+    for number, file in enumerate(files):
+        target = folder / (f"{output.name}_{number}.mcap" if output is not None else file.name)
+        result, index = mend_file(file, target)
+        results.append(result)
+        indices.append(index)
+    if not any(index.channels for index in indices) and any(r.lost for r in results):
+        if output is not None:
+            for result in results:
+                result.file.unlink(missing_ok=True)
+            output.rmdir()
+        raise BagError(f"{path} holds nothing that can be read: {results[0].lost[0]}")
+    for leftover in (RESERVE_NAME, "metadata.yaml.part"):
+        (folder / leftover).unlink(missing_ok=True)
+    if path.is_dir() or output is not None:
+        write_metadata(folder, information(indices))
+    return results
+
+
+def mend_file(file: Path, target: Path) -> tuple[Mended, FileIndex]:
+    """Mend one file; `target` may be the file itself."""
+    index = mcap_index.read(file)
+    result = Mended(target, expected=index.count if index.summed else None, lost=list(index.damages))
+    unfinished = target.with_name(target.name + UNFINISHED)
+    unfinished.unlink(missing_ok=True)
+    if file == target and not index.damages and sound(file, index):
+        result.count = index.count
+        return result, index
+    written = McapFile(unfinished)
+    try:
+        copy(file, index, written, result)
+        written.finish()
+    except BaseException:
+        if not written.closed:
+            written.abandon()
+        unfinished.unlink(missing_ok=True)
+        raise
+    result.written_anew = True
+    if file == target and any(not is_end(d, file) for d in result.lost):
+        result.kept = file.with_name(file.name + DAMAGED)
+        os.replace(file, result.kept)
+    os.replace(unfinished, target)
+    found = mcap_index.read(target)
+    result.count = found.count
+    return result, found
+
+
+def sound(file: Path, index: FileIndex) -> bool:
+    """Say whether each chunk can be read, and all together hold what the index says."""
+    reader = ChunkReader(file)
+    counts = dict.fromkeys(index.counts, 0)
+    try:
+        for place in index.places:
+            read = reader(place)
+            if isinstance(read, Damage):
+                return False
+            for number, some in read.items():
+                counts[number] = counts.get(number, 0) + len(some)
+    finally:
+        reader.close()
+    return counts == index.counts
+
+
+def copy(file: Path, index: FileIndex, written: McapFile, result: Mended) -> None:
+    """Copy all that can be read."""
+    for name, place in index.metadata.items():
+        try:
+            written.add_metadata(name, dict(record(file, place, Metadata).metadata))
+        except BagError as problem:
+            result.lost.append(Damage(file, place[0], f"the metadata {name}: {problem}"))
+    for name, place in index.attachments.items():
+        try:
+            found = record(file, place, Attachment)
+            written.add_attachment(name, found.media_type, found.data, found.log_time)
+        except BagError as problem:
+            result.lost.append(Damage(file, place[0], f"the attachment {name}: {problem}"))
+    schemas = {n: written.add_schema(s.name, s.data) for n, s in index.schemas.items()}
+    channels = {
+        n: written.add_channel(c.topic, schemas.get(c.schema_id, 0), dict(c.metadata))
+        for n, c in index.channels.items()
+    }
+    reader = ChunkReader(file)
+    try:
+        for place in index.places:
+            read = reader(place)
+            if isinstance(read, Damage):
+                result.lost.append(read)
+                continue
+            for channel, data, log_time, publish_time, sequence in in_order(read):
+                if channel in channels:
+                    written.write(channels[channel], data, log_time, publish_time, sequence)
+    finally:
+        reader.close()
+
+
+def in_order(read: dict[int, Messages]) -> list[tuple[int, bytes, int, int, int]]:
+    """Return a chunk's messages, of all channels, as they lie in it."""
+    if not read:
+        return []
+    number = np.concatenate([np.full(len(some), n) for n, some in read.items()])
+    start = np.concatenate([some.start for some in read.values()])
+    together: Messages | None = None
+    for some in read.values():
+        together = some if together is None else merged(together, some)
+    assert together is not None
+    return list(
+        zip(
+            number[np.argsort(start, kind="stable")].tolist(),
+            together.data(),
+            together.log_time.tolist(),
+            together.publish_time.tolist(),
+            together.sequence.tolist(),
+            strict=True,
+        )
+    )
+
+
+def is_end(damage: Damage, file: Path) -> bool:
+    """Say whether a damage is only that the file's end is missing."""
+    return damage.offset >= file.stat().st_size or "ends within" in damage.what
+
+
+def information(indices: list[FileIndex]) -> BagInformation:
+    """Return what metadata.yaml is to say."""
+    topics: dict[str, TopicInformation] = {}
+    for index in indices:
+        for number, channel in index.channels.items():
+            schema = index.schemas.get(channel.schema_id)
+            before = topics[channel.topic].count if channel.topic in topics else 0
+            topics[channel.topic] = TopicInformation(
+                channel.topic,
+                schema.name if schema else "",
+                qos.from_yaml(channel.metadata.get("offered_qos_profiles", "")),
+                channel.metadata.get("topic_type_hash", ""),
+                before + index.counts.get(number, 0),
+            )
+    files = [FileInformation(i.path.name, i.first, i.last, i.count) for i in indices]
+    return BagInformation(list(topics.values()), files)

@@ -1,0 +1,182 @@
+"""The messages of a chunk, found without decoding: where each lies, and when it came."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+HEAD = np.dtype(
+    [
+        ("opcode", "u1"),
+        ("length", "<u8"),
+        ("channel", "<u2"),
+        ("sequence", "<u4"),
+        ("log_time", "<u8"),
+        ("publish_time", "<u8"),
+    ]
+)
+FIELDS = HEAD.itemsize - 9
+RECORD = struct.Struct("<BQ")
+INDEX = struct.Struct("<HI")
+
+
+@dataclass(frozen=True)
+class Messages:
+    """K messages within one buffer.
+
+    Attributes
+    ----------
+    buffer : ndarray of bytes
+    start, size : ndarray (K,), bytes
+        Where each message's CDR lies.
+    log_time, publish_time : ndarray (K,), ns since the epoch
+    sequence : ndarray (K,)
+        The publisher's own count, modulo 2**32, or 0 where it is not known.
+    """
+
+    buffer: NDArray[np.uint8]
+    start: NDArray[np.int64]
+    size: NDArray[np.int64]
+    log_time: NDArray[np.int64]
+    publish_time: NDArray[np.int64]
+    sequence: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    def __getitem__(self, which: NDArray | slice) -> Messages:
+        return Messages(
+            self.buffer,
+            self.start[which],
+            self.size[which],
+            self.log_time[which],
+            self.publish_time[which],
+            self.sequence[which],
+        )
+
+    def data(self) -> list[bytes]:
+        """Return the CDR of each."""
+        plain = memoryview(self.buffer)
+        return [
+            bytes(plain[a : a + n]) for a, n in zip(self.start.tolist(), self.size.tolist(), strict=True)
+        ]
+
+
+def of_list(data: list[bytes]) -> Messages:
+    """Return messages that came one by one; they bear no times."""
+    size = np.fromiter(map(len, data), dtype=np.int64, count=len(data))
+    none = np.zeros(len(data), dtype=np.int64)
+    buffer = np.frombuffer(b"".join(data), dtype=np.uint8)
+    return Messages(buffer, np.cumsum(size) - size, size, none, none, none)
+
+
+def merged(first: Messages, second: Messages) -> Messages:
+    """Join messages of one buffer, in the order in which they lie in it."""
+    order = np.argsort(np.concatenate([first.start, second.start]), kind="stable")
+    return Messages(
+        first.buffer,
+        np.concatenate([first.start, second.start])[order],
+        np.concatenate([first.size, second.size])[order],
+        np.concatenate([first.log_time, second.log_time])[order],
+        np.concatenate([first.publish_time, second.publish_time])[order],
+        np.concatenate([first.sequence, second.sequence])[order],
+    )
+
+
+def window(buffer: NDArray[np.uint8], start: NDArray[np.int64], size: int) -> NDArray[np.uint8]:
+    """Return `size` bytes from each start: (K, size); raises IndexError beyond the buffer."""
+    if size > len(buffer):
+        raise IndexError("beyond the buffer")
+    return sliding_window_view(buffer, size)[start]
+
+
+def heads(buffer: NDArray[np.uint8], offset: NDArray[np.int64]) -> NDArray:
+    """Return the heads of the messages at these offsets."""
+    return window(buffer, offset, HEAD.itemsize).view(HEAD)[:, 0]
+
+
+def at_offsets(buffer: NDArray[np.uint8], offset: NDArray[np.int64], head: NDArray) -> Messages:
+    """Return the messages at these offsets, whose heads are known."""
+    return Messages(
+        buffer,
+        offset + HEAD.itemsize,
+        head["length"].astype(np.int64) - FIELDS,
+        head["log_time"].astype(np.int64),
+        head["publish_time"].astype(np.int64),
+        head["sequence"].astype(np.int64),
+    )
+
+
+def by_index(buffer: NDArray[np.uint8], indices: bytes) -> dict[int, Messages] | None:
+    """Find a chunk's messages by its message indices; None where these do not fit the chunk.
+
+    The indices carry no checksum, so each is held against the message that it names, and all
+    together against the size of the chunk.
+    """
+    found: dict[int, Messages] = {}
+    at, covered = 0, 0
+    while at + RECORD.size + INDEX.size <= len(indices):
+        opcode, length = RECORD.unpack_from(indices, at)
+        at += RECORD.size
+        if opcode != Opcode.MESSAGE_INDEX or at + length > len(indices) or length < INDEX.size:
+            return None
+        channel, size = INDEX.unpack_from(indices, at)
+        if size % 16 or size > length - INDEX.size or channel in found:
+            return None
+        pairs = np.frombuffer(indices, "<u8", size // 8, at + INDEX.size).reshape(-1, 2)
+        at += length
+        if not len(pairs):
+            continue
+        offset = pairs[:, 1].astype(np.int64)
+        if offset.min() < 0 or offset.max() > len(buffer) - HEAD.itemsize:
+            return None
+        head = heads(buffer, offset)
+        fits = (head["opcode"] == Opcode.MESSAGE) & (head["channel"] == channel)
+        fits &= head["log_time"] == pairs[:, 0]
+        if not fits.all() or (len(offset) > 1 and (np.diff(offset) <= 0).any()):
+            return None
+        covered += int(head["length"].sum()) + 9 * len(head)
+        found[channel] = at_offsets(buffer, offset, head)
+    return found if covered == len(buffer) else None
+
+
+def by_walking(buffer: NDArray[np.uint8]) -> tuple[dict[int, Messages], list[tuple[int, bytes]]]:
+    """Find a chunk's messages record by record.
+
+    Returns
+    -------
+    messages : dict of channel to Messages
+    others : list of (opcode, body)
+        Its schemas and channels.
+
+    Raises
+    ------
+    ValueError
+        The chunk does not end where its last record does.
+    """
+    plain = buffer.tobytes()
+    offsets: dict[int, list[int]] = {}
+    others: list[tuple[int, bytes]] = []
+    at, end = 0, len(plain)
+    while at + RECORD.size <= end:
+        opcode, length = RECORD.unpack_from(plain, at)
+        body = at + RECORD.size
+        if body + length > end:
+            break
+        if opcode == Opcode.MESSAGE and length >= FIELDS:
+            offsets.setdefault(int.from_bytes(plain[body : body + 2], "little"), []).append(at)
+        else:
+            others.append((opcode, plain[body : body + length]))
+        at = body + length
+    if at != end:
+        raise ValueError("its records do not fit into it")
+    found = {}
+    for channel, places in offsets.items():
+        offset = np.array(places, dtype=np.int64)
+        found[channel] = at_offsets(buffer, offset, heads(buffer, offset))
+    return found, others

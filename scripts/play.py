@@ -1,0 +1,195 @@
+"""`flexsim play`: publishes a bag, or drives a robot through it again."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .simulate import setting
+from .terminal.report import print_json, print_table
+from .terminal.stop import Stop, stopped_by_signals
+
+if TYPE_CHECKING:
+    from .bag import Bag
+    from .ros.player import Player
+
+# What the robot did.
+ROBOT = ("sensor_msgs/msg/JointState", "flexsim_msgs/msg/ElasticState", "sensor_msgs/msg/PointCloud2")
+KEYS = "space: pause, s or right arrow: one message, +/-: faster, slower, q: end"
+FASTER = 1.25
+
+
+@click.command()
+@click.argument("bag", type=click.Path())
+@click.argument("topics", nargs=-1, metavar="[TOPIC]...")
+@click.option("--without", multiple=True, metavar="TOPIC", help="All but this; may be repeated.")
+@click.option("-r", "--rate", type=click.FloatRange(1e-3, 1e3), default=1.0, show_default=True,
+              help="Recorded seconds a second.")  # fmt: skip
+@click.option("--start-offset", type=click.FloatRange(0.0), default=0.0, metavar="SECONDS",
+              help="Begin so long after the bag's beginning.")  # fmt: skip
+@click.option("-l", "--loop", is_flag=True, help="Begin again at the end, until Ctrl-C.")
+@click.option("--start-paused", is_flag=True, help="Wait for the space bar.")
+@click.option("--wait", type=click.FloatRange(0.0), default=0.0, metavar="SECONDS",
+              help="Wait so long for each topic to have a subscriber.")  # fmt: skip
+@click.option("--lockstep", is_flag=True,
+              help="Drive flexsim_node with what drove the recorded robot.")  # fmt: skip
+@click.option("--scene", type=click.Path(exists=True, dir_okay=False), metavar="SCENE",
+              help="Lock-step: the scene to drive, if not the one in the bag.")  # fmt: skip
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
+              help="Lock-step: change the scene, e.g. solver.step=5e-4; may be repeated.")  # fmt: skip
+@click.option("-o", "--output", type=click.Path(), metavar="BAG",
+              help="Lock-step: the new bag; else BAG_again.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(
+    bag: str,
+    topics: tuple[str, ...],
+    without: tuple[str, ...],
+    rate: float,
+    start_offset: float,
+    loop: bool,
+    start_paused: bool,
+    wait: float,
+    lockstep: bool,
+    scene: str | None,
+    settings: tuple[str, ...],
+    output: str | None,
+    as_json: bool,
+) -> None:
+    """Publish a bag as it was recorded, or drive a robot through it again.
+
+    TOPIC is a topic's name, or a pattern such as '/door/*'; without one, all are played. In a
+    terminal: space pauses, s or the right arrow steps by a message, + and - change the rate, q
+    ends.
+
+    With --lockstep, flexsim_node is started on the bag's scene and gets, period by period, the
+    torques that were in force; what it does is recorded and compared. On the same machine the run
+    comes out the same to the bit, however busy the machine is.
+
+    \b
+    Example:
+      flexsim play run
+      flexsim play run /flexsim_node/commands --rate 0.5 --loop
+      flexsim play run --lockstep -o again
+    """
+    if not lockstep and (scene or settings or output):
+        raise click.UsageError("--scene, --set and --output belong to --lockstep.")
+    if lockstep and (topics or without or loop or start_offset or start_paused or rate != 1.0):
+        raise click.UsageError("--lockstep drives the whole run: give neither topics nor timing.")
+    from .bag import Bag
+
+    found = Bag(bag)
+    if lockstep:
+        once_more(found, scene, dict(map(setting, settings)), output, as_json)
+        return
+    from .ros.player import Timing, chosen
+
+    names = chosen(found, topics, without)
+    timing = Timing(rate, start_offset, loop)
+    if start_offset > found.duration:
+        raise click.UsageError(f"--start-offset {start_offset:g}: the bag is {found.duration:g} s long")
+    publish(found, names, timing, start_paused, wait, as_json)
+
+
+def publish(
+    bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: float, as_json: bool
+) -> None:
+    """Play a bag until it is over."""
+    from .ros.context import tool_node
+    from .ros.player import Player
+    from .terminal.keys import keys
+
+    with tool_node("flexsim_play") as node, stopped_by_signals() as stopped, keys() as pressed:
+        player = Player(node, bag, names)
+        for name, why in player.skipped.items():
+            click.echo(f"- {name} is not played: {why}", err=True)
+        if not player.counts:
+            raise click.ClickException(f"{bag.path} has nothing to play")
+        if wait and not player.wait_for_listeners([*player.counts], wait, stopped):
+            raise click.ClickException(f"not every topic had a subscriber within {wait:g} s")
+        player.paused = start_paused
+        shown = sys.stderr.isatty() and not as_json
+        if shown:
+            click.echo(KEYS, err=True)
+        begun = time.monotonic()
+        player.play(timing, stopped, lambda: on_tick(player, timing, pressed(), stopped, shown))
+        elapsed = time.monotonic() - begun
+        player.finish()
+        if shown:
+            click.echo("\r\x1b[K", err=True, nl=False)
+    result = {
+        "bag": str(bag.path),
+        "messages": sum(player.counts.values()),
+        "elapsed": round(elapsed, 3),
+        "latest": round(player.late, 6),
+        "topics": player.counts,
+        "skipped": player.skipped,
+        "complete": bag.complete,
+    }
+    if as_json:
+        print_json(result)
+    else:
+        title = f"{bag.path}: {result['messages']} messages in {elapsed:.1f} s, at most {1e3 * player.late:.1f} ms late"
+        print_table(title, ["topic", "messages"], list(player.counts.items()))
+
+
+def on_tick(player: Player, timing: Any, pressed: str, stopped: Stop, shown: bool) -> None:
+    """Do what keys ask for, and show where we are."""
+    for key in pressed.replace("\x1b[C", "s"):
+        if key == " ":
+            player.paused = not player.paused
+        elif key == "s":
+            player.paused = True
+            player.step_once()
+        elif key in "+-":
+            player.set_rate(timing, timing.rate * (FASTER if key == "+" else 1.0 / FASTER))
+        elif key in "q\x03":
+            stopped.asked = True
+    if shown:
+        at = max(0, player.position - player.bag.start) * 1e-9
+        state = "paused" if player.paused else f"×{timing.rate:.3g}"
+        click.echo(f"\r\x1b[K{at:8.2f} of {player.bag.duration:.2f} s  {state}", err=True, nl=False)
+
+
+def robot_topics(bag: Bag) -> tuple[str, ...]:
+    """Return the topics that say what the robot did."""
+    return tuple(t.name for t in bag.topics.values() if t.type in ROBOT and t.count)
+
+
+def once_more(
+    bag: Bag, scene: str | None, settings: dict[str, Any], output: str | None, as_json: bool
+) -> None:
+    """Drive a robot through a recorded run, record it, and compare."""
+    from .compare import as_mapping, print_differences
+    from .comparison.difference import differences
+    from .replay.again import again
+
+    target = Path(output or f"{bag.path.with_suffix('')}_again")
+    if target.exists():
+        raise click.ClickException(f"{target} exists already; name another bag or remove it")
+    shown = sys.stderr.isatty() and not as_json
+
+    def progress(at: float, duration: float) -> None:
+        if shown:
+            click.echo(f"\r\x1b[K{at:8.2f} of {duration:.2f} s", err=True, nl=False)
+
+    with stopped_by_signals() as stopped:
+        done = again(bag, target, Path(scene) if scene else None, settings, stopped, progress)
+    if shown:
+        click.echo("\r\x1b[K", err=True, nl=False)
+    from .bag import Bag as Reopened
+
+    compared = as_mapping(str(bag.path), str(target), differences(bag, Reopened(target), robot_topics(bag)))
+    if as_json:
+        print_json(done | {"bag": str(bag.path), "output": str(target), "comparison": compared})
+    else:
+        speed = done["duration"] / max(done["elapsed"], 1e-9)
+        click.echo(
+            f"{target}: {done['duration']:g} s driven in {done['elapsed']:.1f} s ({speed:.1f} times real time)"
+        )
+        print_differences(compared)
+    if done["stopped"]:
+        raise click.ClickException(done["stopped"])

@@ -1,0 +1,1 @@
+"""Recorded runs, driven again through the simulator."""

@@ -1,0 +1,95 @@
+"""A recorded run once more, into a new bag."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..bag import Bag, BagError, BagWriter
+from ..terminal.stop import Stop
+from .drive import node_parameters, read_drive
+from .lockstep import NODE, Driver, node_process
+
+WAITED_FOR = ("/joint_states", f"/{NODE}/elastic_state", f"/{NODE}/deformed_shape")
+
+
+def again(
+    bag: Bag,
+    output: Path,
+    scene: Path | None,
+    settings: dict[str, Any],
+    stopped: Stop,
+    progress: Callable[[float, float], None],
+) -> dict[str, Any]:
+    """Drive flexsim_node with what drove a recorded robot, and record it.
+
+    Parameters
+    ----------
+    bag : Bag
+    output : Path
+        The new bag.
+    scene : Path or None
+        None: the scene that the bag holds.
+    settings : dict
+        Changes of the scene, by key.
+    progress : callable
+        Called with the simulated time and the whole duration, s.
+
+    Returns
+    -------
+    dict
+        periods, duration, elapsed; stopped: why the simulator ended early, or "".
+    """
+    from ..ros.context import tool_node
+    from ..ros.recorder import Recorder
+
+    drive = read_drive(bag)
+    if scene is None and drive.scene is None:
+        raise BagError(f"{bag.path} does not hold its scene; name it: --scene SCENE.yaml")
+    with tempfile.TemporaryDirectory(prefix="flexsim_") as name, tool_node("flexsim_play") as node:
+        folder = Path(name)
+        if scene is None:
+            assert drive.scene is not None
+            scene = folder / drive.scene_name
+            scene.write_bytes(drive.scene)
+        parameters = node_parameters(drive, scene.resolve())
+        parameters |= {f"override.{key}": value for key, value in settings.items()}
+        said = ""
+        with BagWriter(output) as written:
+            recorder = Recorder(node, written, ["*"])
+
+            def heard() -> bool:
+                """Whether all of the robot's states reach the new bag."""
+                return not recorder.asking and all(
+                    topic in recorder.topics and recorder.topics[topic].count for topic in WAITED_FOR
+                )
+
+            def meanwhile(k: int) -> None:
+                recorder.step()
+                progress(k * drive.period * 1e-9, drive.duration)
+
+            try:
+                with node_process(parameters, folder, stopped):
+                    driver = Driver(node, drive, meanwhile)
+                    driver.connect(stopped, heard)
+                    begun = time.monotonic()
+                    try:
+                        driver.run(stopped)
+                    except RuntimeError as problem:
+                        said = str(problem)
+                    elapsed = time.monotonic() - begun
+                    time.sleep(0.05)  # the last messages of other topics
+                    recorder.drain(everything=True)
+            finally:
+                recorder.close()
+            states = recorder.topics["/joint_states"].count
+    return {
+        "duration": drive.duration,
+        "periods": len(drive.torque),
+        "states": states,
+        "elapsed": elapsed,
+        "stopped": said,
+    }

@@ -1,0 +1,149 @@
+"""What drove a recorded robot: the torque in force in each period of its joint states."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bag import Bag, BagError
+
+SECOND = 1_000_000_000
+JOINTS = "sensor_msgs/msg/JointState"
+LAYOUT = "flexsim_msgs/msg/ElasticLayout"
+STAMP = ["header.stamp.sec", "header.stamp.nanosec"]
+# The initial state bears 1 ns, since zero means "no time" to ROS.
+FIRST = 1
+SCENES = (".yaml", ".yml")
+# Of a node that is driven again, these are our choice.
+CHOSEN = ("scene", "mode", "wait_for_command", "command_timeout", "use_sim_time")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The torques of a run, and the scene that they drove.
+
+    Attributes
+    ----------
+    joint_names : (m,)
+    period : int, ns
+        From one joint state to the next.
+    torque : (K, m), N m or N
+        In force in each period; the effort of the joint state at its end.
+    scene : bytes or None
+        The scene's text, where the bag holds it.
+    parameters : dict
+        Those of the node that ran it, where the bag holds them.
+    """
+
+    joint_names: tuple[str, ...]
+    period: int
+    torque: NDArray[np.float64]
+    scene_name: str
+    scene: bytes | None
+    parameters: dict[str, Any]
+
+    @property
+    def rate(self) -> float:
+        """Joint states a second, Hz."""
+        return SECOND / self.period
+
+    @property
+    def duration(self) -> float:
+        """Simulated time, s."""
+        return len(self.torque) * self.period / SECOND
+
+    @property
+    def overrides(self) -> dict[str, Any]:
+        """What the node changed of its scene, by key."""
+        prefix = "override."
+        return {n.removeprefix(prefix): v for n, v in self.parameters.items() if n.startswith(prefix)}
+
+
+def stamps(columns: dict[str, NDArray[Any]]) -> NDArray[np.int64]:
+    """Return the times of messages, ns, by their stamps."""
+    return columns[STAMP[0]].astype(np.int64) * SECOND + columns[STAMP[1]]
+
+
+def read_drive(bag: Bag, topic: str | None = None) -> Drive:
+    """Find out what drove a recorded robot.
+
+    Raises
+    ------
+    BagError
+        The bag has no joint states with effort, or lacks some of them, so that it is not known
+        what the torque was.
+    """
+    name = joint_topic(bag) if topic is None else topic
+    _, columns = bag.columns(name, ["name", "effort", *STAMP])
+    time, first = np.unique(stamps(columns), return_index=True)
+    time = np.where(time == FIRST, 0, time)
+    effort = columns["effort"][first]
+    names = tuple(columns["name"][first[0]])
+    if effort.ndim != 2 or effort.shape[1] != len(names):
+        raise BagError(f"{bag.path}: {name} bears no effort, so it is not known what drove the robot")
+    if any(tuple(other) != names for other in columns["name"]):
+        raise BagError(f"{bag.path}: the joints of {name} change on the way")
+    if len(time) < 2:
+        raise BagError(f"{bag.path}: {name} has no motion: {len(time)} times")
+    period = int(np.min(np.diff(time)))
+    number = np.rint(time / period).astype(np.int64)
+    if (np.abs(number * period - time) > len(time)).any():
+        raise BagError(f"{bag.path}: the times of {name} are no whole number of periods apart")
+    if number[0] > 1:
+        raise BagError(
+            f"{bag.path}: {name} begins at {time[0] / SECOND:g} s, not at the run's beginning, so what "
+            "drove the robot before is not known; begin recording before the robot moves"
+        )
+    gaps = np.flatnonzero(np.diff(number) > 1)
+    if len(gaps):
+        raise BagError(
+            f"{bag.path}: {name} lacks {number[gaps[0] + 1] - number[gaps[0]] - 1} states behind "
+            f"{time[gaps[0]] / SECOND:g} s, so it is not known what drove the robot there"
+        )
+    torque = np.ascontiguousarray(effort[number >= 1])
+    if not np.isfinite(torque).all():
+        raise BagError(f"{bag.path}: an effort of {name} is not finite")
+    scene_name, scene = scene_in(bag)
+    return Drive(names, period, torque, scene_name, scene, parameters_in(bag))
+
+
+def joint_topic(bag: Bag) -> str:
+    """Return the topic that says what the joints did."""
+    found = [t.name for t in bag.topics.values() if t.type == JOINTS and t.count]
+    states = [name for name in found if name.endswith("joint_states")]
+    if not (states or found):
+        raise BagError(f"{bag.path} holds no joint states, so it is not known what drove a robot")
+    return (states or found)[0]
+
+
+def scene_in(bag: Bag) -> tuple[str, bytes | None]:
+    """Return the name and the text of the scene that the recorder put into the bag."""
+    for name in bag.attachments():
+        if Path(name).suffix in SCENES:
+            return name, bag.attachment(name)
+    return "", None
+
+
+def parameters_in(bag: Bag) -> dict[str, Any]:
+    """Return the parameters of the robot's node that the recorder put into the bag."""
+    for pairs in bag.notes().values():
+        if "scene" in pairs and "elastic_rate" in pairs:
+            return {name: json.loads(value) for name, value in pairs.items()}
+    return {}
+
+
+def node_parameters(drive: Drive, scene: Path) -> dict[str, Any]:
+    """Return the parameters of a node that is to go through the run again, in lock-step."""
+    given = {n: v for n, v in drive.parameters.items() if n not in CHOSEN and "qos_overrides" not in n}
+    given = {n: v for n, v in given.items() if n != "start_type_description_service"}
+    given |= {"scene": str(scene), "mode": "lockstep", "rate": drive.rate}
+    for name in ("elastic_rate", "shape_rate", "clock_rate"):
+        # In lock-step nothing is published more often than joint states are.
+        if float(given.get(name, 0.0)) > drive.rate:
+            given[name] = drive.rate
+    return given
