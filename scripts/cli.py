@@ -15,6 +15,7 @@ import sys
 import traceback
 import warnings
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -83,7 +84,7 @@ def main() -> None:
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def said_plainly(message: Warning | str, category: type[Warning], *_: object) -> None:
+def said_plainly(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     """Show a warning as a sentence; what is only for programmers is left out."""
     if issubclass(category, UserWarning):
         click.echo(f"Warning: {message}", err=True)

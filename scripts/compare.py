@@ -101,6 +101,21 @@ def as_mapping(first: str, second: str, found: list[Difference]) -> dict[str, An
     }
 
 
+def cells(field: dict[str, Any]) -> list[str]:
+    """Return what the table says of how a field differs."""
+    if field["exact"]:
+        return ["same", "", "", "", ""]
+    if field["at"] != field["at"]:  # bytes or words, that have no distance
+        return ["differs", "", "", "", f"{field['since']:.6g}"]
+    return [
+        f"{field['largest']:.3g}",
+        f"{field['rms']:.3g}",
+        f"{100.0 * field['relative']:.3g} %",
+        f"{field['at']:.6g}",
+        f"{field['since']:.6g}",
+    ]
+
+
 def print_differences(result: dict[str, Any]) -> None:
     """Print the table."""
     fields = result["fields"]
@@ -111,11 +126,7 @@ def print_differences(result: dict[str, Any]) -> None:
         title = f"{result['first']} and {result['second']} differ since {result['since']:g} s"
     rows = [
         [name, f["compared"], f["only_first"] or "", f["only_second"] or "",
-         "same" if f["exact"] else f"{f['largest']:.3g}",
-         "" if f["exact"] else f"{f['rms']:.3g}",
-         "" if f["exact"] else f"{100.0 * f['relative']:.3g} %",
-         "" if f["exact"] else f"{f['at']:.6g}",
-         "" if f["exact"] else f"{f['since']:.6g}"]
+         *cells(f)]
         for name, f in fields.items()
     ]  # fmt: skip
     columns = ["field", "times", "only A", "only B", "largest difference", "rms", "of greatest", "at, s",

@@ -94,9 +94,7 @@ def command(
     publish(found, names, timing, start_paused, wait, as_json)
 
 
-def publish(
-    bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: float, as_json: bool
-) -> None:
+def publish(bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: float, as_json: bool) -> None:
     """Play a bag until it is over."""
     from .ros.context import tool_node
     from .ros.player import Player
@@ -132,7 +130,8 @@ def publish(
     if as_json:
         print_json(result)
     else:
-        title = f"{bag.path}: {result['messages']} messages in {elapsed:.1f} s, at most {1e3 * player.late:.1f} ms late"
+        late = f"at most {1e3 * player.late:.1f} ms late"
+        title = f"{bag.path}: {result['messages']} messages in {elapsed:.1f} s, {late}"
         print_table(title, ["topic", "messages"], list(player.counts.items()))
 
 
@@ -188,7 +187,7 @@ def once_more(
     else:
         speed = done["duration"] / max(done["elapsed"], 1e-9)
         click.echo(
-            f"{target}: {done['duration']:g} s driven in {done['elapsed']:.1f} s ({speed:.1f} times real time)"
+            f"{target}: {done['duration']:g} s driven in {done['elapsed']:.1f} s, {speed:.1f} times real time"
         )
         print_differences(compared)
     if done["stopped"]:

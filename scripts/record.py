@@ -119,10 +119,7 @@ def record(
 def print_summary(recorded: dict[str, Any]) -> None:
     """Print the table of what was recorded."""
     size = recorded["bytes"] / 1e6
-    title = (
-        f"{recorded['bag']}: {recorded['messages']} messages, {size:.1f} MB, "
-        f"{recorded['duration']:.1f} s"
-    )
+    title = f"{recorded['bag']}: {recorded['messages']} messages, {size:.1f} MB, {recorded['duration']:.1f} s"
     rows = [
         [name, t["type"], t["messages"], f"{t['rate']:.1f}",
          "unknown" if t["dropped"] is None else t["dropped"]]

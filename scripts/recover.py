@@ -68,7 +68,9 @@ def print_mended(found: dict[str, Any]) -> None:
     for name, file in found["files"].items():
         lost = file["lost"]
         said = "; ".join(f"byte {d['offset']}: {d['what']}" for d in file["damages"])
-        rows.append([name, file["messages"], "nothing" if not said else "unknown" if lost is None else lost, said])
+        rows.append(
+            [name, file["messages"], "nothing" if not said else "unknown" if lost is None else lost, said]
+        )
     print_table(
         f"{found['bag']} {state}: {found['messages']} messages",
         ["file", "messages", "lost", "what was wrong"],

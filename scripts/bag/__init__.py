@@ -4,8 +4,8 @@
 >>> t, position = Bag("run").array("/joint_states", "position")     # doctest: +SKIP
 """
 
-from .errors import BagError
+from .errors import BagDamaged, BagError
 from .reader import Bag, Topic
 from .writer import BagWriter
 
-__all__ = ["Bag", "BagError", "BagWriter", "Topic"]
+__all__ = ["Bag", "BagDamaged", "BagError", "BagWriter", "Topic"]

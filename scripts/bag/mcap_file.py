@@ -117,9 +117,7 @@ class McapFile:
     def add_channel(self, topic: str, schema: int, metadata: dict[str, str]) -> int:
         """Open a channel; returns its number."""
         number = len(self._channels) + 1
-        channel = Channel(
-            id=number, topic=topic, message_encoding="cdr", metadata=metadata, schema_id=schema
-        )
+        channel = Channel(id=number, topic=topic, message_encoding="cdr", metadata=metadata, schema_id=schema)
         self._put(encoded(channel))
         self._chunk += encoded(channel)
         self._channels[number] = channel

@@ -86,7 +86,7 @@ class FileIndex:
     counts : messages by channel
     ended : whether the file has its end
     summed : whether the file's own summary was found, and is what this was made of
-    chunked : whether it has chunks; then a message outside them is a damaged record
+    chunked : whether it has chunks
     """
 
     path: Path
@@ -209,7 +209,9 @@ def scan(path: Path, data: mmap.mmap) -> FileIndex:
     found = FileIndex(path, ended=False)
     size = len(data)
     inside: tuple[dict[int, Schema], dict[int, Channel]] = ({}, {})
+    bare: list[Place] = []
     at = len(MAGIC)
+    before: int | None = None
     if data[: len(MAGIC)] != MAGIC:
         found.damages.append(Damage(path, 0, "it does not begin as an MCAP file"))
         if not size > len(MAGIC) or not 1 <= data[len(MAGIC)] <= 0x0F:
@@ -219,7 +221,9 @@ def scan(path: Path, data: mmap.mmap) -> FileIndex:
             break
         length = sound_length(data, at, size)
         if length is None:
-            beyond = next_chunk(data, at + 1)
+            # The record before may have said a wrong length; a chunk's has been checked.
+            beyond = next_chunk(data, (at if before is None else before) + 1)
+            before = None
             what = "the file ends within a record" if beyond >= size else "what stands here is no record"
             if not found.ended:
                 found.damages.append(Damage(path, at, what))
@@ -227,6 +231,7 @@ def scan(path: Path, data: mmap.mmap) -> FileIndex:
             continue
         opcode = data[at]
         body = at + RECORD.size
+        before = None if opcode == Opcode.CHUNK else at
         try:
             if opcode in (Opcode.DATA_END, Opcode.FOOTER):
                 found.ended = True
@@ -235,13 +240,18 @@ def scan(path: Path, data: mmap.mmap) -> FileIndex:
             elif opcode == Opcode.MESSAGE_INDEX:
                 extend_indices(found, at, RECORD.size + length)
             elif not found.ended:
-                take_record(found, opcode, data[body : body + length], at)
+                take_record(found, opcode, data[body : body + length], at, bare)
         except BROKEN as problem:
             if opcode == Opcode.CHUNK:
                 # Where its length is wrong, the next chunk begins within it.
                 length = resumed(data, at, RECORD.size + length) - RECORD.size
             found.damages.append(damaged_record(path, data, at, opcode, problem))
         at = body + length
+    if bare and found.chunked:
+        # Nobody writes messages both in chunks and outside them.
+        found.damages.append(Damage(path, bare[0].offset, "what stands here is no record"))
+    else:
+        take_bare(found, bare)
     # What bears a checksum counts for more.
     found.schemas.update(inside[0])
     found.channels.update(inside[1])
@@ -369,7 +379,7 @@ def extend_indices(found: FileIndex, at: int, length: int) -> None:
         )
 
 
-def take_record(found: FileIndex, opcode: int, body: bytes, at: int) -> None:
+def take_record(found: FileIndex, opcode: int, body: bytes, at: int, bare: list[Place]) -> None:
     """Take up a record that stands outside chunks; raises one of BROKEN."""
     if opcode == Opcode.SCHEMA:
         schema = parsed(Schema, body)
@@ -383,14 +393,19 @@ def take_record(found: FileIndex, opcode: int, body: bytes, at: int) -> None:
     elif opcode == Opcode.METADATA:
         name = parsed(Metadata, body).name
         found.metadata[name] = (at, RECORD.size + len(body))
-    elif opcode == Opcode.MESSAGE and found.channels and not found.chunked and len(body) >= 22:
+    elif opcode == Opcode.MESSAGE and len(body) >= 22:
         channel_number, _ = struct.unpack_from("<HI", body)
         log_time, _ = TIMES.unpack_from(body, 6)
-        found.places.append(
-            Place(at, RECORD.size + len(body), 0, log_time, log_time, frozenset((channel_number,)))
-        )
-        found.counts[channel_number] = found.counts.get(channel_number, 0) + 1
-        found.extend(log_time, log_time)
+        bare.append(Place(at, RECORD.size + len(body), 0, log_time, log_time, frozenset((channel_number,))))
+
+
+def take_bare(found: FileIndex, places: list[Place]) -> None:
+    """Take up the messages of a file that has no chunks."""
+    found.places += places
+    for place in places:
+        for number in place.channels or ():
+            found.counts[number] = found.counts.get(number, 0) + 1
+        found.extend(place.first, place.last)
 
 
 def resumed(data: mmap.mmap, at: int, length: int) -> int:
@@ -438,4 +453,3 @@ class ChunkReader:
             return by_walking(chunk)[0] if found is None else found
         except BROKEN as problem:
             return damage(f"a chunk is damaged: {problem}")
-

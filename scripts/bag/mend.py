@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -104,8 +103,8 @@ def mend_file(file: Path, target: Path) -> tuple[Mended, FileIndex]:
     result.written_anew = True
     if file == target and any(not is_end(d, file) for d in result.lost):
         result.kept = file.with_name(file.name + DAMAGED)
-        os.replace(file, result.kept)
-    os.replace(unfinished, target)
+        file.replace(result.kept)
+    unfinished.replace(target)
     found = mcap_index.read(target)
     result.count = found.count
     return result, found
@@ -129,17 +128,17 @@ def sound(file: Path, index: FileIndex) -> bool:
 
 def copy(file: Path, index: FileIndex, written: McapFile, result: Mended) -> None:
     """Copy all that can be read."""
-    for name, place in index.metadata.items():
+    for name, where in index.metadata.items():
         try:
-            written.add_metadata(name, dict(record(file, place, Metadata).metadata))
+            written.add_metadata(name, dict(record(file, where, Metadata).metadata))
         except BagError as problem:
-            result.lost.append(Damage(file, place[0], f"the metadata {name}: {problem}"))
-    for name, place in index.attachments.items():
+            result.lost.append(Damage(file, where[0], f"the metadata {name}: {problem}"))
+    for name, where in index.attachments.items():
         try:
-            found = record(file, place, Attachment)
+            found = record(file, where, Attachment)
             written.add_attachment(name, found.media_type, found.data, found.log_time)
         except BagError as problem:
-            result.lost.append(Damage(file, place[0], f"the attachment {name}: {problem}"))
+            result.lost.append(Damage(file, where[0], f"the attachment {name}: {problem}"))
     schemas = {n: written.add_schema(s.name, s.data) for n, s in index.schemas.items()}
     channels = {
         n: written.add_channel(c.topic, schemas.get(c.schema_id, 0), dict(c.metadata))

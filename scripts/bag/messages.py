@@ -61,10 +61,8 @@ class Messages:
 
     def data(self) -> list[bytes]:
         """Return the CDR of each."""
-        plain = memoryview(self.buffer)
-        return [
-            bytes(plain[a : a + n]) for a, n in zip(self.start.tolist(), self.size.tolist(), strict=True)
-        ]
+        plain = self.buffer.data
+        return [bytes(plain[a : a + n]) for a, n in zip(self.start.tolist(), self.size.tolist(), strict=True)]
 
 
 def of_list(data: list[bytes]) -> Messages:

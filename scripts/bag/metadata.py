@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml import YAML
-
+from .plain_yaml import dump
 from .qos import Qos
 
 
@@ -43,15 +42,9 @@ class BagInformation:
 
 def write_metadata(folder: Path, bag: BagInformation) -> None:
     """Write metadata.yaml whole or not at all."""
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = False
-    # A reader that follows no aliases must still see every profile.
-    yaml.representer.ignore_aliases = lambda data: True
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     unfinished = folder / "metadata.yaml.part"
     try:
-        with unfinished.open("w", encoding="utf-8") as file:
-            yaml.dump({"rosbag2_bagfile_information": as_mapping(bag)}, file)
+        unfinished.write_text(dump({"rosbag2_bagfile_information": as_mapping(bag)}), encoding="utf-8")
     except OSError:
         unfinished.unlink(missing_ok=True)
         raise

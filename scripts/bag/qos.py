@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from io import StringIO
+from copy import deepcopy
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
+
+from .plain_yaml import dump
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
@@ -54,15 +57,19 @@ def from_profile(profile: QoSProfile) -> Qos:
 
 def to_yaml(profiles: list[Qos]) -> str:
     """Return the text of a channel's `offered_qos_profiles`."""
-    stream = StringIO()
-    YAML(typ="safe", pure=True).dump(profiles, stream)
-    return stream.getvalue()
+    return dump(profiles)
 
 
 def from_yaml(text: str) -> list[Qos]:
     """Read a channel's `offered_qos_profiles`; an unreadable text counts as no profile."""
+    return deepcopy(_parsed(text))
+
+
+@lru_cache(maxsize=256)
+def _parsed(text: str) -> list[Qos]:
+    # Most topics of a bag offer the same, and YAML is slow to read.
     try:
         profiles = YAML(typ="safe", pure=True).load(text)
-    except YAMLError:
+    except (YAMLError, ValueError, TypeError, RecursionError):
         return []
-    return [dict(p) for p in profiles] if isinstance(profiles, list) else []
+    return [dict(p) for p in profiles if isinstance(p, dict)] if isinstance(profiles, list) else []

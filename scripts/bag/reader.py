@@ -335,9 +335,9 @@ class Bag:
 
     def _open(self, path: Path) -> None:
         index = mcap_index.read(path)
-        if not index.channels and index.damages and len(self.files) == 1 and not index.places:
-            if path.stat().st_size and not is_mcap(path):
-                raise BagError(f"{path} is not an MCAP file")
+        nothing = index.damages and not (index.channels or index.places)
+        if nothing and len(self.files) == 1 and path.stat().st_size and not is_mcap(path):
+            raise BagError(f"{path} is not an MCAP file")
         self.indices[path] = index
         self.damages += index.damages
         for channel in index.channels.values():
@@ -394,7 +394,7 @@ def needed(places: list[Place], numbers: dict[int, str], keep: dict[str, Thinner
     """Give the chunks that hold wanted messages."""
     for place in places:
         inside = [t for n, t in numbers.items() if place.channels is None or n in place.channels]
-        if inside and any([keep[topic].needs(place) for topic in inside]):
+        if inside and sum(keep[topic].needs(place) for topic in inside):
             yield place
 
 
@@ -445,8 +445,6 @@ def mcap_files(path: Path) -> list[Path]:
     files = sorted(path.glob("*.mcap"), key=file_number) if path.is_dir() else [path]
     if not files:
         raise BagError(f"{path} is not a bag: it holds no .mcap file")
-    if path.is_file() and not is_mcap(path):
-        raise BagError(f"{path} is not an MCAP file")
     return files
 
 

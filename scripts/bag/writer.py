@@ -100,6 +100,7 @@ class BagWriter:
         self._last = 0
         self._extras = Extras()
         self._flush_period = flush_period
+        self._flushed = time.monotonic()
         self._closed = False
         reserve(self.path / RESERVE_NAME, RESERVE)
         self._begin()
@@ -267,17 +268,14 @@ class BagWriter:
                 file.finish()
             finally:
                 for topic in self.topics:
-                    topic.count -= before[topic.channel] - file.counts[topic.channel]
+                    topic.count -= before.get(topic.channel, 0) - file.counts.get(topic.channel, 0)
                 dropped = sum(before.values()) - file.count
                 self.lost += dropped
                 self.count -= dropped
 
     def _information(self) -> BagInformation:
         return BagInformation(
-            [
-                TopicInformation(t.name, t.type, t.profiles, t.hash, t.count)
-                for t in self.topics
-            ],
+            [TopicInformation(t.name, t.type, t.profiles, t.hash, t.count) for t in self.topics],
             [FileInformation(p.path.name, p.first, p.last, p.count) for p in self.parts],
         )
 

@@ -43,7 +43,7 @@ class Difference:
     size: float = 0.0
     since: float = np.nan
     squares: float = 0.0
-    numbers: int = 0
+    numbers: int = 0  # that were compared and are measures
 
     @property
     def rms(self) -> float:
@@ -72,6 +72,8 @@ class Difference:
             return
         same = (bits(a) == bits(b)).all(axis=1) if a.shape[1] else np.ones(len(time), bool)
         self._note(time, same)
+        if a.dtype.kind != "f":  # counts, flags and bytes are the same or not
+            return
         self.numbers += a.size
         if a.size:
             self.size = max(self.size, float(np.abs(a.astype(np.float64)).max()))
@@ -131,9 +133,7 @@ def differences(first: Bag, second: Bag, topics: tuple[str, ...] = ()) -> list[D
     return found
 
 
-def of_topic(
-    first: Bag, second: Bag, topic: str, fields: list[str], stamp: list[str]
-) -> list[Difference]:
+def of_topic(first: Bag, second: Bag, topic: str, fields: list[str], stamp: list[str]) -> list[Difference]:
     """Compare a topic of two bags."""
     found = {f: Difference(f"{topic} {f}") for f in fields} or {"": Difference(topic)}
     pieces = aligned(Stream(first, topic, fields, stamp), Stream(second, topic, fields, stamp))
@@ -145,8 +145,9 @@ def of_topic(
                 difference.add(piece.time, piece.first[name], piece.second[name])
             else:
                 difference.compared += len(piece.time)
-    # What is no number and the same in both says nothing.
-    return [d for d in found.values() if d.numbers or not d.exact or not d.name.count(" ")]
+    # What is no measure and the same in both says nothing, if there is more to say.
+    measures = [d for d in found.values() if d.numbers or not d.exact]
+    return measures or [*found.values()][:1]
 
 
 def arrays_of(path: Path) -> Columns:

@@ -14,6 +14,7 @@ from ..rerun_view import robot, viewer
 from ..rerun_view.bag import LAYOUT, of_type, skeleton
 from ..rerun_view.palette import SERIES
 from ..rerun_view.robot import RobotView
+from ..rerun_view.tube import Skeleton
 from .aligned import SECOND
 from .picture import tip
 from .saved_run import SavedRun, read
@@ -35,7 +36,9 @@ def record(paths: tuple[Path, Path], file: Path, names: tuple[str, str], scale: 
     runs = [read(path) for path in paths]
     frame = next((s for s in map(layout_of, runs) if s is not None), None)
     if frame is None:
-        raise BagError("neither run holds the layout of its robot; one of them is to be a bag with elastic_layout")
+        raise BagError(
+            "neither run holds the layout of its robot; one of them is to be a bag with elastic_layout"
+        )
     for path, run in zip(paths, runs, strict=True):
         if "rigid_position" not in run.values:
             raise BagError(f"{path} holds no elastic states to show")
@@ -50,7 +53,7 @@ def record(paths: tuple[Path, Path], file: Path, names: tuple[str, str], scale: 
     return rows
 
 
-def layout_of(run: SavedRun):  # type: ignore[no-untyped-def]
+def layout_of(run: SavedRun) -> Skeleton | None:
     """Return the skeleton of a run's robot, or None where it is not known."""
     if run.bag is None:
         return None
@@ -59,7 +62,7 @@ def layout_of(run: SavedRun):  # type: ignore[no-untyped-def]
 
 
 def log(
-    recording: rr.RecordingStream, runs: list[SavedRun], frame, names: tuple[str, str], scale: float  # type: ignore[no-untyped-def]
+    recording: rr.RecordingStream, runs: list[SavedRun], frame: Skeleton, names: tuple[str, str], scale: float
 ) -> dict[str, int]:
     """Log both robots, their joints and their tips, and what is between them."""
     rows: dict[str, int] = {}
@@ -68,13 +71,13 @@ def log(
         view = RobotView(recording, frame, scale=scale, full_colour=1.0, root=f"{letter}/robot", tint=tint)
         time = run.time["node_position"] / SECOND
         thin = slice(None, None, 1 + len(time) // FRAMES)
-        view.log_shape(
-            time[thin], run.values["node_position"][thin], run.values["rigid_position"][thin]
-        )
+        view.log_shape(time[thin], run.values["node_position"][thin], run.values["rigid_position"][thin])
         rows[f"{letter}/robot/deformed"] = len(time[thin])
         found = tip(run)
         if found is not None:
-            rows |= series(recording, f"tip/{letter}", found[0], MILLIMETRES * found[1], [letter.upper()], [tint])
+            rows |= series(
+                recording, f"tip/{letter}", found[0], MILLIMETRES * found[1], [letter.upper()], [tint]
+            )
         if "joint_position" in run.values:
             time, values = run.time["joint_position"] / SECOND, run.values["joint_position"]
             labels = [f"{letter.upper()} {n}" for n in run.joint_names]
@@ -87,8 +90,8 @@ def log(
 
 def between(recording: rr.RecordingStream, runs: list[SavedRun]) -> dict[str, int]:
     """Log the distance of the two robots' tips, mm."""
-    time = [run.time["node_position"] for run in runs]
-    common, i, j = np.intersect1d(*time, return_indices=True)
+    first, second = (run.time["node_position"] for run in runs)
+    common, i, j = np.intersect1d(first, second, return_indices=True)
     a, b = (run.values["node_position"][k, -3:] for run, k in zip(runs, (i, j), strict=True))
     distance = MILLIMETRES * np.linalg.norm(b - a, axis=1)
     return series(recording, "between", common / SECOND, distance, ["distance of the tips"], [SERIES[3]])
@@ -103,9 +106,7 @@ def series(
     colours: list[tuple[int, int, int]],
 ) -> dict[str, int]:
     """Log lines of a plot: values (K,) or (K, n)."""
-    recording.log(
-        entity, rr.SeriesLines(names=names, colors=colours, widths=[1.5] * len(names)), static=True
-    )
+    recording.log(entity, rr.SeriesLines(names=names, colors=colours, widths=[1.5] * len(names)), static=True)
     many = values.reshape(len(time), -1)
     recording.send_columns(
         entity,

@@ -13,7 +13,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-
 from ..terminal.stop import Stop
 from .drive import FIRST, SECOND, Drive
 
@@ -35,7 +34,9 @@ class Stopped(RuntimeError):
 
 
 @contextmanager
-def node_process(parameters: dict[str, Any], folder: Path, stopped: Stop) -> Iterator[subprocess.Popen[bytes]]:
+def node_process(
+    parameters: dict[str, Any], folder: Path, stopped: Stop
+) -> Iterator[subprocess.Popen[bytes]]:
     """Run flexsim_node with these parameters, its log in `folder`, and end it afterwards."""
     file = folder / "parameters.yaml"
     # JSON is YAML; numbers keep all of their digits.
@@ -90,9 +91,7 @@ class Driver:
         self.drive = drive
         self.meanwhile = meanwhile
         self._state, self._command = JointState, Float64MultiArray
-        self._states = node.create_subscription(
-            JointState, STATES, lambda _: None, QoSProfile(depth=100)
-        )
+        self._states = node.create_subscription(JointState, STATES, lambda _: None, QoSProfile(depth=100))
         self._commands = node.create_publisher(Float64MultiArray, COMMANDS, QoSProfile(depth=10))
         self._next = 0.0
 

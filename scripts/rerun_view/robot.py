@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
@@ -91,9 +93,7 @@ class RobotView:
             static=True,
         )
 
-    def log_shape(
-        self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray
-    ) -> None:
+    def log_shape(self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray) -> None:
         """Log K shapes.
 
         Parameters
@@ -115,7 +115,10 @@ class RobotView:
 
         vertices, normals = self.tube.vertices(self.tube.centre(shown))
         count = [vertices.shape[1]] * frames
-        skin = {"vertex_positions": vertices.reshape(-1, 3), "vertex_normals": normals.reshape(-1, 3)}
+        skin: dict[str, Any] = {
+            "vertex_positions": vertices.reshape(-1, 3),
+            "vertex_normals": normals.reshape(-1, 3),
+        }
         if self.tint is None:
             amount = np.linalg.norm(self.tube.centre(elastic), axis=2) / self.full_colour
             skin["vertex_colors"] = along_scale(self.tube.over_vertices(amount)).ravel()
@@ -136,9 +139,7 @@ class RobotView:
         self.recording.send_columns(
             f"{self.root}/nodes",
             indexes=index,
-            columns=rr.Points3D.columns(positions=shown.reshape(-1, 3)).partition(
-                [shown.shape[1]] * frames
-            ),
+            columns=rr.Points3D.columns(positions=shown.reshape(-1, 3)).partition([shown.shape[1]] * frames),
         )
         # The trace is made of steps, of which the view shows the last second.
         tip = shown[:, -1]
@@ -149,9 +150,7 @@ class RobotView:
             f"{self.root}/tip", indexes=index, columns=rr.LineStrips3D.columns(strips=steps)
         )
 
-    def log_deflection(
-        self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray
-    ) -> None:
+    def log_deflection(self, time: NDArray[np.float64], position: NDArray, rigid_position: NDArray) -> None:
         """Log how far the tip, the last node, is from where the rigid robot has it, in mm."""
         tip = np.linalg.norm(position[:, -3:] - rigid_position[:, -3:], axis=1)
         self.recording.send_columns(
@@ -233,7 +232,5 @@ def blueprint(
         ),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
-        rrb.TimePanel(
-            state="collapsed", timeline=TIMELINE, play_state="following" if live else "playing"
-        ),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="following" if live else "playing"),
     )

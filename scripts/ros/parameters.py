@@ -20,13 +20,12 @@ class ParameterQuestion:
     """
 
     def __init__(self, beside: Node, name: str) -> None:
+        import rclpy
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.parameter_client import AsyncParameterClient
 
-        # A node of its own: the executor would take messages that a recorder polls for.
-        import rclpy
-
         self.name = name
+        # A node of its own: the executor would take messages that a recorder polls for.
         self._node = rclpy.create_node(
             f"{beside.get_name()}_asks",
             context=beside.context,

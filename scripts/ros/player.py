@@ -228,7 +228,5 @@ def profile_of(topic: Topic) -> QoSProfile:
     return QoSProfile(
         depth=int(np.clip(depth, 10, 10_000)) if not is_latched(topic) else max(1, depth),
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=(
-            DurabilityPolicy.TRANSIENT_LOCAL if is_latched(topic) else DurabilityPolicy.VOLATILE
-        ),
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if is_latched(topic) else DurabilityPolicy.VOLATILE),
     )

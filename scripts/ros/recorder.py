@@ -59,9 +59,7 @@ class Recorder:
         for name, types in self.node.get_topic_names_and_types():
             if name in self.skipped or not self.wanted(name):
                 continue
-            publishers = [
-                p for p in self.node.get_publishers_info_by_topic(name) if p.node_name != own
-            ]
+            publishers = [p for p in self.node.get_publishers_info_by_topic(name) if p.node_name != own]
             if name in self.topics:
                 self.topics[name].follow(publishers)
             elif len(types) > 1:

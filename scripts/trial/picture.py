@@ -50,9 +50,7 @@ def arm(axes: Any, moved: Motion, move: Move) -> None:
     tip = moved.rigid_position[window, -1] + EXAGGERATION * (
         moved.position[window, -1] - moved.rigid_position[window, -1]
     )
-    axes.plot(
-        *tip.T, color=ORANGE, linewidth=0.9, alpha=0.9, label="path of the tip, until it moves back"
-    )
+    axes.plot(*tip.T, color=ORANGE, linewidth=0.9, alpha=0.9, label="path of the tip, until it moves back")
     for n in range(SHAPES):
         fade = 0.25 + 0.75 * n / (SHAPES - 1)
         axes.plot(*rigid[n].T, color=GHOST, linewidth=1.4, label="rigid links" if n == 0 else None)
@@ -83,9 +81,7 @@ def joints(axes: Any, moved: Motion, move: Move, names: tuple[str, ...]) -> None
     """Plot the joints, wanted and measured."""
     for k, name in enumerate(names):
         colour = COLOURS[(5, 6, 2)[k % 3]]
-        axes.plot(
-            moved.time, moved.joint_position[:, k], color=colour, label=name.replace("_", " ")
-        )
+        axes.plot(moved.time, moved.joint_position[:, k], color=colour, label=name.replace("_", " "))
     for k, wanted in enumerate(move.position(moved.time).T):
         label = None if k else "wanted"
         axes.plot(moved.time, wanted, color=INK, linewidth=0.7, linestyle=":", label=label)
