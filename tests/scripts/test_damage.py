@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 import warnings
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -141,7 +142,7 @@ def test_cut_off_anywhere(whole: tuple[bytes, list[tuple[str, int, bytes]]], tmp
     assert len(boundaries) > 30
     for n, cut in enumerate(cuts):
         path = bag_of(data[:cut], tmp_path)
-        ends = [b for a, b in zip(boundaries, boundaries[1:], strict=False) if data[a] == 6 and b <= cut]
+        ends = [b for a, b in pairwise(boundaries) if data[a] == 6 and b <= cut]
         kept = sum(1 for _ in ends)  # a chunk is a second
         check(path, written, until=SECOND + kept * SECOND)
         assert not Bag(path).complete
