@@ -10,6 +10,7 @@ import numpy as np
 from .chain import workspace
 from .model import Model
 from .observation import Observation
+from .sensors import Sensors
 from .tangent import differences
 
 ORDERS = {"position": 0, "velocity": 1, "acceleration": 2}
@@ -34,6 +35,13 @@ def linear_outputs(
     values: list[np.ndarray] = []
     jacobians: list[list[np.ndarray]] = [[], [], []]
     for asked in outputs:
+        if asked in sensor_names(model):
+            rows, value, derivatives = sensor_output(model, x0, asked)
+            names += rows
+            values.append(value)
+            for k in range(3):
+                jacobians[k].append(derivatives[k])
+            continue
         rows, order, placed = output(model, asked)
         # at rest a velocity is J(x0) v, an acceleration J(x0) a: what is quadratic in the rates vanishes
         by_unknowns = differences(placed, x0, np.eye(model.unknowns))
@@ -47,12 +55,36 @@ def linear_outputs(
     return tuple(names), np.concatenate([np.zeros(0), *values]), stacked
 
 
+def sensor_names(model: Model) -> list[str]:
+    """Names of the scene's sensors."""
+    return [sensor.name for sensor in model.scene.sensors]
+
+
+def sensor_output(model: Model, x0: np.ndarray, name: str) -> tuple[list[str], np.ndarray, list[np.ndarray]]:
+    """Names and values (p,) of a sensor at rest, and derivatives (p, n) by unknowns, rates, accelerations."""
+    sensors, view, work = Sensors(model), Observation(model), workspace(model.chain)
+    n = model.unknowns
+
+    def read(motion: np.ndarray) -> np.ndarray:
+        x, v, a = np.array(np.split(motion, 3))
+        view.look(work, x)
+        sensors.look(view, work, x, v, a)
+        return sensors.values[name].copy()
+
+    rest = np.concatenate([x0, np.zeros(2 * n)])
+    derivatives = np.split(differences(read, rest, np.eye(3 * n)), 3, axis=1)
+    letters = sensors.letters(name)
+    rows = [name if len(letters) == 1 else f"{name}/{letter}" for letter in letters]
+    return rows, read(rest), list(derivatives)
+
+
 def output(model: Model, asked: str) -> tuple[list[str], int, Placed]:
     """Names, time derivative (0, 1, 2) and function of the unknowns of one output."""
     kind, _, place = asked.partition(":")
     if kind not in KNOWN:
-        near = difflib.get_close_matches(kind, KNOWN, 1)
-        hint = f"did you mean {near[0]!r}?" if near else f"give any of {', '.join(KNOWN)}"
+        known = [*KNOWN, *sensor_names(model)]
+        near = difflib.get_close_matches(kind, known, 1)
+        hint = f"did you mean {near[0]!r}?" if near else f"give any of {', '.join(known)}"
         raise ValueError(f"{model.scene.name}: no output {kind!r}; {hint}")
     what, _, word = kind.partition("_")
     order = ORDERS.get(word, 0)

@@ -174,7 +174,7 @@ def linearize(
     position : (m,) joint coordinates, as the encoders show them, rad or m
     outputs : any of joint_position, joint_velocity, joint_acceleration; tip_position, tip_velocity,
         tip_acceleration (base frame); node_position, node_displacement.  `tip_position:link_1` is that of
-        another link's end, `node_displacement:link_1/2` of one node
+        another link's end, `node_displacement:link_1/2` of one node.  Any sensor of the scene, too
     held : names of joints whose motors stand still; they are neither states nor inputs
 
     Inputs are the torques of the joints that are not held.  All effects of the scene are in it: gravity and

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Run:
     step_time : s of wall-clock for each step
     status : "ok", or the reason why the run ended before its time (its samples end there too)
     node_names : (N,) link/number
+    sensors : name of each of the scene's sensors to its readings, (K,) strain, (K, 10) imu, (K, 7) pose,
+        (K, 6) section_force; see sensors.py
     """
 
     time: np.ndarray
@@ -47,6 +49,7 @@ class Run:
     step_time: np.ndarray
     status: str
     node_names: tuple[str, ...]
+    sensors: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def simulate(
@@ -104,6 +107,7 @@ def simulate(
     node_position, rigid_position = np.zeros((2, samples, nodes, 3))
     displacement = np.zeros((samples, nodes, 6))
     energy = np.zeros(samples)
+    readings = {name: np.zeros((samples, value.size)) for name, value in robot.sensors.values.items()}
     step_time = np.zeros((samples - 1) * substeps)
     h = robot.step_size
     taken = kept = 0
@@ -114,6 +118,11 @@ def simulate(
         torques[k] = applied(times[k])
         link_end[k], node_position[k] = view.link_end, view.position
         rigid_position[k], displacement[k] = view.rigid_position, view.displacement
+        if readings:
+            if adaptive is not None:
+                robot.torque[2], robot.motion[2] = torques[k], motion(times[k])
+            for name, value in robot.sense().items():
+                readings[name][k] = value
         energy[k] = robot.energy().sum()
         kept = k + 1
         if k == samples - 1:
@@ -160,6 +169,7 @@ def simulate(
         step_time[:taken],
         reason,
         robot.model.node_names,
+        {name: (r[:kept, 0] if r.shape[1] == 1 else r[:kept]) for name, r in readings.items()},
     )
 
 
@@ -183,9 +193,7 @@ def _torque_function(
     return lambda t: table[min(int(t / period + 1e-6), last)]
 
 
-def _motion_function(
-    scene: Scene, prescribed: Motion, robot: Simulation
-) -> Callable[[float], np.ndarray]:
+def _motion_function(scene: Scene, prescribed: Motion, robot: Simulation) -> Callable[[float], np.ndarray]:
     """Prescribed position, velocity, acceleration (3, m) as a function of time."""
     driven = [(joint_index(scene, name), f) for name, f in prescribed.items()]
     still = np.zeros((3, robot.model.joints))

@@ -12,6 +12,7 @@ from .integrators import METHODS
 from .model import Model, build_model
 from .observation import Observation
 from .scene import Scene, SceneError
+from .sensors import Sensors
 from .statics import rest_shape
 
 
@@ -40,7 +41,9 @@ class Simulation:
         self.torque, self.motion = np.zeros((3, m)), np.zeros((3, 3, m))
         self.limit = np.array([j.effort_limit or np.inf for j in scene.joints])
         self.view = Observation(self.model)
+        self.sensors = Sensors(self.model)
         self.energies = np.zeros(3)
+        self._acceleration = np.zeros(n)
         self.method = scene.solver.method
         self.advance = STEPPERS.get(self.method)
         self._bound = bind(self.model.chain, self.work, self.x, self.v, self.torque, self.motion)
@@ -85,6 +88,7 @@ class Simulation:
         x, v = self.x.copy(), self.v.copy()
         time = self.time
         self.step()
+        self.sense()
         self.look()
         self.energy()
         self.x[:], self.v[:] = x, v
@@ -113,6 +117,22 @@ class Simulation:
         """Nodes and links as they are now, in buffers that the next look overwrites."""
         self.view.look(self.work, self.x)
         return self.view
+
+    def sense(self) -> dict[str, np.ndarray]:
+        """Readings of the scene's sensors by name (see sensors.py), in buffers that the next call overwrites.
+
+        Accelerations are those that the method carries, in which frequencies that the step does not resolve
+        are damped; of a method that carries none, those of the equations under the torque at the step's end.
+        """
+        if self.sensors.names:
+            view = self.look()
+            if getattr(METHODS.get(self.method), "start", None) is not None:
+                self.sensors.look(view, self.work, self.x, self.v, self.work.memory)
+            else:
+                m = self.model.joints
+                self._acceleration[:m] = self.motion[2, 2]
+                self.sensors.look_exactly(view, self.work, self.x, self.v, self.torque[2], self._acceleration)
+        return self.sensors.values
 
     def energy(self) -> np.ndarray:
         """(3,) kinetic, elastic and gravitational energy, J, in a buffer that the next call overwrites."""

@@ -164,7 +164,8 @@ def thinned(run: Run, stride: int) -> Run:
 
     sampled = ("time", "joint_position", "joint_velocity", "torque", "link_end", "node_position",
                "rigid_position", "node_displacement", "energy")  # fmt: skip
-    return replace(run, **{name: getattr(run, name)[::stride] for name in sampled})
+    readings = {name: values[::stride] for name, values in run.sensors.items()}
+    return replace(run, sensors=readings, **{name: getattr(run, name)[::stride] for name in sampled})
 
 
 def write(run: Run, scene: Scene, path: Path) -> None:
@@ -173,7 +174,10 @@ def write(run: Run, scene: Scene, path: Path) -> None:
 
     import numpy as np
 
-    arrays: dict[str, Any] = {f.name: np.asarray(getattr(run, f.name)) for f in fields(run)}
+    arrays: dict[str, Any] = {
+        f.name: np.asarray(getattr(run, f.name)) for f in fields(run) if f.name != "sensors"
+    }
+    arrays |= {f"sensors/{name}": readings for name, readings in run.sensors.items()}
     arrays["joint_names"] = np.array(scene.joint_names)
     with path.open("wb") as file:  # numpy would add .npz to a name without it
         np.savez_compressed(file, **arrays)
