@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from .chain import FIXED, KIND, Q
+from .closure import constrain, linearise
 from .dynamics import residual
 from .factorization import factorize, set_scale, solve
 from .kernel import kernel
 
 # what a step says happened
-OK, NOT_FINITE, SINGULAR, NOT_CONVERGED = range(4)
+OK, NOT_FINITE, SINGULAR, NOT_CONVERGED, LOOP_OPEN = range(5)
 REASONS = {
     OK: "ok",
     NOT_FINITE: "the state grows beyond all bounds; give a smaller step or an implicit method",
     SINGULAR: "the mass matrix is singular; look at joints without inertia beyond them",
     NOT_CONVERGED: "the step's iteration did not converge; give a smaller step",
+    LOOP_OPEN: "a loop can't be kept closed; look at the mechanism's singular configurations, at what"
+    " prescribed joints ask of it, or give a smaller step",
 }
 
 
@@ -51,6 +54,9 @@ def acceleration(chain, work, x, v, torque, out):
     if factorize(chain, work) != 0:
         return SINGULAR
     solve(chain, work, rhs, out)
+    if chain.closing.shape[0] > 0:
+        linearise(chain, work, v)
+        constrain(chain, work, out, 1.0)
     for i in range(out.size):
         out[i] += a[i]
     return OK

@@ -17,6 +17,10 @@ FIXED, REVOLUTE, PRISMATIC = range(3)
 # columns of Chain.joint: link length, joint axis in the link's and the parent's body frame, losses
 TIP, AXIS, PARENT_AXIS, ANGLE = 0, 1, 4, 7
 VISCOUS, COULOMB, COULOMB_SPEED, ROTOR = 8, 9, 10, 11
+# columns of Chain.closing, an equation each: what it equates, the links on whose ends its points or
+# directions a, b and its direction d ride (-1: the base), the loop it belongs to
+EQUATION, LINK_A, LINK_B, LINK_D, CLOSING_LOOP = range(5)
+POINT, DIRECTION = range(2)
 # columns of Workspace.frame: angular velocity, acceleration of the origin, angular acceleration, rotation
 # to the parent (row-wise), displacement of the start without the joint's own rotation, its derivative by
 # q, lever
@@ -45,6 +49,8 @@ class Chain(NamedTuple):
     body_place: np.ndarray  # (bodies,) int64: node
     place: np.ndarray  # (N,) distance of a node from the link's start, m
     setting: np.ndarray  # (6,)
+    closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
+    anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
 
 
 class Workspace(NamedTuple):
@@ -72,6 +78,8 @@ class Workspace(NamedTuple):
     inertia: np.ndarray  # (B, B)
     scratch: np.ndarray  # (24, 3)
     row: np.ndarray  # (6, 36)
+    closure: np.ndarray  # (R, 2n + R + 4): G, M^-1 G^T, S = G M^-1 G^T, columns of closure.py
+    pose: np.ndarray  # (L, 15): origin, rotation and the origin's velocity in the base frame; of loops only
 
 
 def workspace(chain: Chain) -> Workspace:
@@ -80,6 +88,7 @@ def workspace(chain: Chain) -> Workspace:
     nodes, b = len(chain.unknown), len(chain.dofs)
     unknowns = max(int(chain.unknown.max(initial=-1)), int(chain.link[:, [Q, PHI]].max(initial=-1))) + 1
     joints = int(np.sum(chain.link[:, KIND] != FIXED))
+    equations = len(chain.closing)
     return Workspace(
         frame=np.zeros((links, 33)),
         kept=np.zeros((links, 33)),
@@ -103,4 +112,6 @@ def workspace(chain: Chain) -> Workspace:
         inertia=np.zeros((b, b)),
         scratch=np.zeros((24, 3)),
         row=np.zeros((6, 36)),
+        closure=np.zeros((equations, 2 * unknowns + equations + 4)),
+        pose=np.zeros((links if equations else 0, 15)),
     )

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-LENGTH, NOT_FINITE, UNKNOWN_JOINT, REPEATED_JOINT = REASONS = (
+LENGTH, NOT_FINITE, UNKNOWN_JOINT, REPEATED_JOINT, PASSIVE_JOINT = REASONS = (
     "wrong length",
     "not finite",
     "unknown joint",
     "joint named twice",
+    "passive joint",
 )
 
 
@@ -26,6 +27,11 @@ class CommandRefused(ValueError):
 class Commands:
     """Checks commands for a robot with these joints, and remembers the last good one.
 
+    Parameters
+    ----------
+    joint_names : in the scene's order
+    passive : those of them without a motor, which take no torque but zero
+
     Attributes
     ----------
     torque : (m,) the last good command, N m; N for joints that slide
@@ -33,8 +39,9 @@ class Commands:
     refused : count by reason
     """
 
-    def __init__(self, joint_names: Sequence[str]) -> None:
+    def __init__(self, joint_names: Sequence[str], passive: Sequence[str] = ()) -> None:
         self.joint_names = tuple(joint_names)
+        self.passive = tuple(passive)
         self.index = {name: k for k, name in enumerate(self.joint_names)}
         self.torque = np.zeros(len(self.joint_names))
         self.accepted = 0
@@ -46,7 +53,7 @@ class Commands:
         Raises
         ------
         CommandRefused
-            for another number of values than joints, or one that is not finite
+            for another number of values than joints, one that is not finite, or a torque on a passive joint
         """
         torque = np.array(values, dtype=float)
         if torque.shape != self.torque.shape:
@@ -64,7 +71,7 @@ class Commands:
         ------
         CommandRefused
             for names and efforts of different number, or none at all; a joint that is unknown
-            or named twice; a value that is not finite
+            or named twice; a value that is not finite; a torque on a passive joint
         """
         if len(names) != len(effort) or not names:
             raise self._refusal(
@@ -84,6 +91,9 @@ class Commands:
     def _taken(self, torque: np.ndarray) -> np.ndarray:
         if not np.isfinite(torque).all():
             raise self._refusal(NOT_FINITE, "a value is not finite; give finite torques")
+        for name in self.passive:
+            if torque[self.index[name]] != 0.0:
+                raise self._refusal(PASSIVE_JOINT, f"{name} is passive, it has no motor; give it zero")
         self.torque = torque
         self.accepted += 1
         return torque

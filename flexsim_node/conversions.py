@@ -23,7 +23,8 @@ from .chain import COUNT, FIRST
 from .commands import Commands
 from .model import Model
 from .realtime import SECOND, Report
-from .robot_description import BASE, equivalent_rectangle
+from .robot_description import equivalent_rectangle
+from .schema import BASE
 from .simulation import Simulation
 
 STAMP = 4  # behind the encapsulation header; every message here begins with its time
@@ -215,11 +216,14 @@ def diagnostics(report: Report, commands: Commands, scene_name: str, mode: str) 
         ),
         _status(
             "solver",
-            error if stopped else ok,
-            f"stopped at {report.time:.6f} s: {report.status}" if stopped else report.status,
+            error if stopped else warn if report.warning else ok,
+            f"stopped at {report.time:.6f} s: {report.status}"
+            if stopped
+            else report.warning or report.status,
             scene_name,
             {
                 "status": report.status,
+                **({} if report.conditioning is None else {"conditioning": f"{report.conditioning:.6f}"}),
                 "kinetic energy, J": f"{report.energy[0]:.9g}",
                 "elastic energy, J": f"{report.energy[1]:.9g}",
                 "gravitational energy, J": f"{report.energy[2]:.9g}",

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, eigh, expm
 
-from .linear_outputs import linear_outputs
+from .assembly import Assembly
+from .linear_outputs import linear_outputs, shown
 from .model import Model, build_model
 from .schema import Scene
 from .simulation import joint_index
-from .statics import check_position, rest_shape
+from .statics import check_position, rest_shape, unknowns_at
 from .tangent import damping_matrix, forces, mass_matrix, stiffness_matrix
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -177,9 +178,12 @@ def linearize(
         another link's end, `node_displacement:link_1/2` of one node.  Any sensor of the scene, too
     held : names of joints whose motors stand still; they are neither states nor inputs
 
-    Inputs are the torques of the joints that are not held.  All effects of the scene are in it: gravity and
-    the stiffness of its loads, Rayleigh's damping, friction (Coulomb's with its slope at standstill), rotors.
-    The unknowns are those that `simulate` integrates; a planar scene stays in its plane.
+    Inputs are the torques of the actuated joints that are not held.  Of a robot with loops the states are as
+    many of the unknowns as are independent, passive joints last; the others follow.
+
+    All effects of the scene are in it: gravity and the stiffness of its loads, Rayleigh's damping, friction
+    (Coulomb's with its slope at standstill), rotors.  The unknowns are those that `simulate` integrates; a
+    planar scene stays in its plane.
 
     Raises
     ------
@@ -190,18 +194,28 @@ def linearize(
     """
     fixed = sorted({joint_index(scene, name) for name in held})
     model = build_model(scene, driven=tuple(held))
-    x0 = rest_shape(model, check_position(scene, position, model.joints))
-    torque = -forces(model, x0)[: model.joints]
+    q = check_position(scene, position)
     moving = np.setdiff1d(np.arange(model.unknowns), fixed)
-    motors = np.setdiff1d(np.arange(model.joints), fixed)
-    select = np.ix_(moving, moving)
-    mass, damping = mass_matrix(model, x0)[select], damping_matrix(model, x0)[select]
-    stiffness = stiffness_matrix(model, x0)[select]
-    force = torque_directions(model)[np.ix_(moving, motors)]
+    motors = np.setdiff1d(np.flatnonzero(model.actuated), fixed)
+    ways = np.eye(model.unknowns)[:, moving]  # how all unknowns move with the states
+    if scene.loops:
+        assembly = Assembly(model)
+        x0, push = assembly.rest(unknowns_at(model, q), model.actuated)
+        moving, ways = assembly.independent(x0, moving)
+        torque = -assembly.force(x0, push)[: model.joints]
+        stiffness = assembly.stiffness(x0, push)
+    else:
+        x0 = rest_shape(model, q)
+        torque = -forces(model, x0)[: model.joints]
+        stiffness = stiffness_matrix(model, x0)
+    stiffness = ways.T @ stiffness @ ways
+    mass = ways.T @ mass_matrix(model, x0) @ ways
+    damping = ways.T @ damping_matrix(model, x0) @ ways
+    force = ways.T @ torque_directions(model)[:, motors]
     a, b = state_space(mass, damping, stiffness, force)
     n = len(moving)
     names, output, jacobians = linear_outputs(model, x0, outputs)
-    by_position, by_rate, by_acceleration = (j[:, moving] for j in jacobians)
+    by_position, by_rate, by_acceleration = (j @ ways for j in jacobians)
     c = np.hstack([by_position, by_rate]) + by_acceleration @ a[n:]
     rows = unknown_names(model)
     states = [rows[k] for k in moving]
@@ -214,7 +228,7 @@ def linearize(
         (*states, *(f"{name}_rate" for name in states)),
         tuple(f"torque/{name}" for name in inputs),
         names,
-        np.array(position, dtype=float).reshape(-1),
+        shown(model, x0),
         torque[motors],
         np.concatenate([x0[moving], np.zeros(n)]),
         output,

@@ -27,6 +27,7 @@ from .beam import (
 )
 from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
 from .erls import beam_axes, erls_condition, rotation_x, zeroed_directions
+from .loops import closing_equations, flat
 from .rigid_body import body_vectors, pseudo_inertia
 from .scene import Scene, SceneError
 from .schema import Link, Payload
@@ -49,6 +50,7 @@ class Model:
     axes : (L, 3, 3), columns are the beam axes in the link's frame
     node_link : (N,) link of every node; node_names : (N,)
     joint_links : (m,) link at whose start each joint sits
+    actuated : (m,) bool, which joints have a motor
     turn : (m,) unknown of the joint's own elastic rotation, or -1 (joint angle = q + that)
     """
 
@@ -62,6 +64,7 @@ class Model:
     node_names: tuple[str, ...]
     joint_links: np.ndarray
     turn: np.ndarray
+    actuated: np.ndarray
 
     @property
     def elastic(self) -> int:
@@ -72,7 +75,7 @@ class Model:
 def is_planar(scene: Scene) -> bool:
     """Whether nothing in the scene can leave the plane of its joints."""
 
-    def flat(body: Payload | None) -> bool:
+    def level(body: Payload | None) -> bool:
         if body is None or body.mass == 0.0:
             return True
         i = body.inertia
@@ -85,10 +88,11 @@ def is_planar(scene: Scene) -> bool:
             abs(link.dh.alpha) < 1e-12
             and link.dh.d == 0.0
             and link.joint.type != "prismatic"
-            and flat(link.payload)
-            and flat(link.rigid)
+            and level(link.payload)
+            and level(link.rigid)
             for link in scene.links
         )
+        and all(flat(loop) for loop in scene.loops)
         and (isinstance(zeroed, str) or all(z.dof in ("x", "y", "rz") for z in zeroed))
     )
 
@@ -205,8 +209,8 @@ def build_model(
     spin = np.zeros((3, 3, 3))
     spin[0, 2, 2] = spin[1, 0, 0] = spin[1, 1, 1] = 1.0
     spin[2, 0, 1], spin[2, 1, 0] = -1.0, 1.0
-    before = np.eye(3)
-    for n, link in enumerate(scene.links):
+    for n, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
+        before = axes[parent] if parent >= 0 else np.eye(3)
         axes[n], length = beam_axes(link)
         inside = rotation_x(link.dh.alpha) @ axes[n]
         for k in range(3):
@@ -221,7 +225,6 @@ def build_model(
             joint_table[n, 8:11] = joint.viscous_friction, joint.coulomb_friction, joint.coulomb_speed
         if effects.rotor_inertia:
             joint_table[n, 11] = joint.rotor_inertia * joint.gear_ratio**2
-        before = axes[n]
         flexible = link.flexible and link.beam is not None
         count = link.beam.elements if flexible and link.beam else (1 if length > 0.0 else 0)
         first = len(index)
@@ -233,7 +236,7 @@ def build_model(
                 phi = unknowns
                 unknowns += 1
             turns.append(phi)
-        link_table[n] = kind, q, phi, first, count, len(elements), n - 1, len(bodies), 0
+        link_table[n] = kind, q, phi, first, count, len(elements), parent, len(bodies), 0
         step = length / count if count else 0.0
         free = [
             flexible and bool(on)
@@ -292,6 +295,7 @@ def build_model(
             link_table[n, 8] += 1
     gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
     rayleigh = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
+    closing, anchor = closing_equations(scene, axes, planar)
     at_chords = scene.erls.zeroed in ("chord", "auto") and not driven
     chain = Chain(
         dofs=tuple(dofs),
@@ -308,6 +312,8 @@ def build_model(
         body_place=np.array(body_nodes, dtype=np.int64),
         place=np.array(places),
         setting=np.array([*gravity, *rayleigh, 1.0 if at_chords else 0.0]),
+        closing=closing,
+        anchor=anchor,
     )
     for array in chain[1:]:
         array.setflags(write=False)
@@ -322,9 +328,9 @@ def build_model(
         node_names=tuple(node_names),
         joint_links=np.array(joint_links, dtype=np.int64),
         turn=np.array(turns, dtype=np.int64),
+        actuated=np.array([joint.actuated for joint in scene.joints]),
     )
-    q0 = np.array(scene.initial.position or np.zeros(moving))
-    condition = erls_condition(chain, zeroed, q0)
+    condition = erls_condition(chain, zeroed, scene.start("position"))
     if not condition < CONDITION_LIMIT:
         raise SceneError(
             f"{scene.name}: erls.zeroed: J_0 is singular (condition {condition:.1e}) at the initial position:"

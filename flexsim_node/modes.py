@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
+from .assembly import Assembly
 from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, bending_stiffness
 from .chain import workspace
 from .model import Model, build_model, element_row
 from .observation import Observation
 from .schema import Erls, Scene
-from .statics import check_position, rest_shape
+from .statics import check_position, rest_shape, unknowns_at
 from .tangent import differences, elastic_stiffness, mass_matrix, stiffness_matrix
 
 KINDS = ("axial", "torsion", "bending_y", "bending_z")
@@ -63,8 +64,9 @@ def natural_frequencies(
 
     Parameters
     ----------
-    position : (m,) joint coordinates, or (K, m) for K configurations
-    locked : joints held; where False they are free, and each gives a frequency of zero
+    position : (m,) joint coordinates, or (K, m) for K configurations; the actuated ones are enough
+    locked : joints held; where False they are free, and each gives a frequency of zero.  With loops the
+        actuated joints are held or free, the passive ones always follow
     loaded : about the static equilibrium under gravity, with the stiffness of its loads (then free joints
         may swing; what falls over counts as zero), instead of about the undeformed robot
 
@@ -88,7 +90,10 @@ def natural_frequencies(
 
 def frequencies_at(model: Model, position: np.ndarray, locked: bool, loaded: bool) -> np.ndarray:
     """Frequencies (n,) in one configuration."""
-    mass, stiffness, _ = matrices(model, position, loaded)
+    mass, stiffness, x = matrices(model, position, loaded)
+    if model.scene.loops:
+        squared, _ = closed_modes(model, x, mass, stiffness, locked)
+        return np.sqrt(squared) / (2.0 * np.pi)
     squared = eigenvalues(mass, stiffness, model.joints, locked, loaded)
     return np.sqrt(squared) / (2.0 * np.pi)
 
@@ -109,12 +114,15 @@ def mode_shapes(
     """
     model = spatial_model(scene)
     mass, stiffness, x = matrices(model, position, loaded)
-    m = model.joints
-    squared = eigenvalues(mass, stiffness, m, locked, loaded)[:count]
-    kept = slice(m, None) if locked else slice(None)
-    vectors = np.zeros((model.unknowns, len(squared)))
-    if len(squared):
-        vectors[kept] = eigh(stiffness[kept, kept], mass[kept, kept])[1][:, : len(squared)]
+    if scene.loops:
+        squared, vectors = (part[..., :count] for part in closed_modes(model, x, mass, stiffness, locked))
+    else:
+        m = model.joints
+        squared = eigenvalues(mass, stiffness, m, locked, loaded)[:count]
+        kept = slice(m, None) if locked else slice(None)
+        vectors = np.zeros((model.unknowns, len(squared)))
+        if len(squared):
+            vectors[kept] = eigh(stiffness[kept, kept], mass[kept, kept])[1][:, : len(squared)]
     view, work = Observation(model), workspace(model.chain)
 
     def seen(at: np.ndarray) -> np.ndarray:
@@ -163,12 +171,33 @@ def matrices(
     model: Model, position: np.ndarray | list[float], loaded: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass and stiffness (n, n), and the unknowns (n,) about which they hold."""
-    x = np.zeros(model.unknowns)
-    x[: model.joints] = check_position(model.scene, position, model.joints)
-    if loaded:
+    x = unknowns_at(model, check_position(model.scene, position))
+    if model.scene.loops:
+        assembly = Assembly(model)
+        if loaded:
+            x, push = assembly.rest(x, model.actuated)
+            return mass_matrix(model, x), assembly.stiffness(x, push), x
+        x = assembly.position(x, model.actuated)
+    elif loaded:
         x = rest_shape(model, x[: model.joints])
         return mass_matrix(model, x), stiffness_matrix(model, x), x
     return mass_matrix(model, x), elastic_stiffness(model, x), x
+
+
+def closed_modes(
+    model: Model, x: np.ndarray, mass: np.ndarray, stiffness: np.ndarray, locked: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Squared angular frequencies (k,), rising, and shapes (n, k) of the motions that keep loops closed."""
+    assembly = Assembly(model)
+    held = model.actuated if locked else np.zeros_like(model.actuated)
+    ways = assembly.motions(x, held)
+    mass, stiffness = ways.T @ mass @ ways, ways.T @ stiffness @ ways
+    if not len(mass):
+        return np.zeros(0), np.zeros((len(x), 0))
+    values, shapes = eigh(stiffness, mass)
+    free = min(assembly.mobility(x, held), len(values) - 1)
+    squared = squared_frequencies(mass, stiffness, abs(values[free]) if free else 0.0)
+    return np.maximum(squared, 0.0), ways @ shapes
 
 
 def eigenvalues(mass: np.ndarray, stiffness: np.ndarray, m: int, locked: bool, loaded: bool) -> np.ndarray:

@@ -55,7 +55,7 @@ class FlexsimNode(Node):
         self.scene = self._load_scene()
         timing = schedule(self.settings, self.scene.solver.step)
         robot = Simulation(self.scene, timing.step)
-        self.commands = Commands(self.scene.joint_names)
+        self.commands = Commands(self.scene.joint_names, self.scene.passive_joints)
         messages = conversions.StateMessages(robot)
         # What never changes goes out first: whoever waits for it need not wait for the kernels.
         self._layouts = self.create_publisher(ElasticLayout, "~/elastic_layout", LATCHED)

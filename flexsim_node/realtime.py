@@ -147,6 +147,8 @@ class Report:
     tick_p99, tick_worst : all work between two deadlines, publishing included
     late_p99, late_worst : from a deadline to the beginning of its work
     energy : kinetic, elastic, gravitational, J
+    conditioning : of closed loops, the least since the last report; None without loops
+    warning : what a user should know of a robot that still runs
     """
 
     phase: str = "waiting"
@@ -168,6 +170,8 @@ class Report:
     timeouts: int = 0
     real_time_priority: bool = False
     energy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    conditioning: float | None = None
+    warning: str = ""
 
 
 class Loop:
@@ -342,6 +346,7 @@ class Loop:
         stopped = self.robot.status != OK
         kinetic, elastic, gravitational = map(float, self.robot.energy())
         overruns = self.pace.overruns
+        loops = self.robot.singularity
         self.report = Report(
             phase="stopped" if stopped else "running" if moving else "waiting",
             status=self.robot.reason,
@@ -362,6 +367,10 @@ class Loop:
             timeouts=self._timeouts,
             real_time_priority=self._first,
             energy=(kinetic, elastic, gravitational),
+            conditioning=loops.worst if loops else None,
+            warning=loops.warning if loops else "",
         )
+        if loops is not None:
+            loops.worst = loops.now
         if moving:
             self._window = (now, simulated, overruns)

@@ -13,10 +13,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from .model import beam_axes, rotation_x
-from .schema import Beam, Link, Scene
+from .schema import BASE, Beam, Link, Scene
 from .section import section
 
-BASE, TIP = "base", "tip"
+TIP = "tip"
 FAR = 1e3  # m; URDF insists on limits for a sliding joint, a scene has none
 COLOURS = ("0.36 0.43 0.52 1", "0.85 0.52 0.22 1")
 
@@ -27,24 +27,28 @@ def robot_description(scene: Scene) -> str:
     for n, colour in enumerate(COLOURS):
         xml.SubElement(xml.SubElement(robot, "material", name=f"colour_{n}"), "color", rgba=colour)
     xml.SubElement(robot, "link", name=BASE)
-    parent = BASE
-    place: np.ndarray = np.zeros(3)
-    turn: np.ndarray = np.eye(3)
     names = iter(scene.joint_names)
-    for n, link in enumerate(scene.links):
+    for n, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
+        name, place, turn = _end(scene, parent)
         angle = link.dh.theta
         c, s = np.cos(angle), np.sin(angle)
         turn = turn @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        _joint(robot, link, names, parent, place, turn)
+        _joint(robot, link, names, name, place, turn)
         _link(robot, link, n)
-        parent = link.name
-        place = np.array([link.dh.a, 0.0, link.dh.d])
-        turn = rotation_x(link.dh.alpha)
     tip = xml.SubElement(robot, "joint", name=f"{TIP}_joint", type="fixed")
     xml.SubElement(robot, "link", name=TIP)
-    _connect(tip, parent, TIP, place, turn)
+    name, place, turn = _end(scene, len(scene.links) - 1)
+    _connect(tip, name, TIP, place, turn)
     xml.indent(robot)
     return '<?xml version="1.0"?>\n' + xml.tostring(robot, encoding="unicode")
+
+
+def _end(scene: Scene, n: int) -> tuple[str, np.ndarray, np.ndarray]:
+    """Name of link n, and place (3,) and rotation (3, 3) of its end in its URDF frame; -1: the base."""
+    if n < 0:
+        return BASE, np.zeros(3), np.eye(3)
+    dh = scene.links[n].dh
+    return scene.links[n].name, np.array([dh.a, 0.0, dh.d]), rotation_x(dh.alpha)
 
 
 def _joint(

@@ -16,6 +16,9 @@ from .schema import Misplaced, Scene
 __all__ = ["Scene", "SceneError", "load_scene"]
 
 
+BRANCHES = ("tuple[", "dict[", "literal[")  # pydantic's words for a union's branches
+
+
 class SceneError(ValueError):
     """A scene that can't be simulated: FILE:LINE: key: what is wrong; what would be right."""
 
@@ -63,7 +66,7 @@ def _key_path(error: Any) -> tuple[Any, ...]:
             k
             for k in error["loc"]
             if isinstance(k, int)
-            or not ("tuple[" in k or "literal[" in k or "function-" in k or k in ("bool", "Payload"))
+            or not (any(b in k for b in BRANCHES) or "function-" in k or k in ("bool", "Payload"))
         ),
         *own,
     )

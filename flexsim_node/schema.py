@@ -6,6 +6,7 @@ import difflib
 import math
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 
@@ -53,6 +54,8 @@ NotNegative = Annotated[Number, _between(0.0, math.inf, "")]
 Vector = Annotated[tuple[Number, ...], Field(min_length=3, max_length=3)]
 Name = Annotated[str, Field(min_length=1)]
 
+BASE = "base"  # the ground, as a link's parent
+
 Switch = bool
 
 
@@ -74,6 +77,7 @@ class Joint(_Part):
 
     name: str = ""
     type: Literal["fixed", "revolute", "prismatic"] = "revolute"
+    actuated: Switch = True
     effort_limit: Positive | None = None
     viscous_friction: NotNegative = 0.0
     coulomb_friction: NotNegative = 0.0
@@ -144,8 +148,6 @@ class Payload(_Part):
         scale = max(abs(x) for row in m for x in row) or 1.0
         if any(abs(m[i][k] - m[k][i]) > 1e-9 * scale for i in range(3) for k in range(3)):
             raise ValueError("has an inertia that is not symmetric; give a symmetric 3 x 3 matrix")
-        import numpy as np
-
         moments = np.linalg.eigvalsh(np.array(m))
         if moments[0] < -1e-9 * scale or moments[2] > moments[0] + moments[1] + 1e-9 * scale:
             raise ValueError(
@@ -156,9 +158,10 @@ class Payload(_Part):
 
 
 class Link(_Part):
-    """One link of the chain with the joint at its start."""
+    """One link with the joint at its start; it hangs on the end of `parent`, by default the link before."""
 
     name: Name
+    parent: str = ""
     dh: DenavitHartenberg = DenavitHartenberg()
     joint: Joint = Joint()
     beam: Beam | None = None
@@ -182,6 +185,60 @@ class Link(_Part):
             shortest = self.length / b.elements
             if b.width is not None and b.depth is not None and shortest < 1e-6:
                 raise ValueError("has elements shorter than 1e-6 m; give fewer elements")
+        return self
+
+
+class ClosingJoint(_Part):
+    """A joint that closes a loop: where the ends of two links meet, or a link's end and the base.
+
+    `at` are points, in the frames of the links' ends or in the base frame, where they are not these frames'
+    origins; `axis` directions there: of a revolute joint (z where not given), of a universal joint's two
+    pins, or along which the first link's point slides in a slot of the second.
+    """
+
+    name: str = ""
+    links: Annotated[tuple[Name, ...], Field(min_length=2, max_length=2)]
+    joint: Literal["revolute", "universal", "spherical", "fixed", "slot"] = "revolute"
+    at: dict[Name, Vector] = {}
+    axis: dict[Name, Vector] = {}
+
+    @property
+    def label(self) -> str:
+        """Its name, or what it joins."""
+        return self.name or " and ".join(self.links)
+
+    def point(self, link: str) -> tuple[float, ...]:
+        """(3,) where it sits, m, in the frame of the link's end."""
+        return self.at.get(link, (0.0, 0.0, 0.0))
+
+    def direction(self, link: str) -> np.ndarray:
+        """(3,) unit vector of its axis in the frame of the link's end."""
+        axis = np.array(self.axis.get(link, (0.0, 0.0, 1.0)))
+        return axis / np.linalg.norm(axis)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> ClosingJoint:
+        if self.links[0] == self.links[1]:
+            raise Misplaced(("links", 1), f"is {self.links[1]!r} again; give two different links")
+        for key in ("at", "axis"):
+            for name, vector in getattr(self, key).items():
+                if name not in self.links:
+                    raise Misplaced((key, name), f"is no link of this joint; give {' or '.join(self.links)}")
+                if key == "axis" and not any(vector):
+                    raise Misplaced((key, name), "is zero; give a direction")
+        if self.joint in ("spherical", "fixed") and self.axis:
+            raise Misplaced(("axis",), f"is given, but a {self.joint} joint has none; leave it out")
+        if self.joint == "universal" and len(self.axis) < 2:
+            raise Misplaced(
+                ("axis",) if self.axis else ("joint",),
+                f"needs the directions of its two pins; give axis: {{{self.links[0]}: [0, 0, 1],"
+                f" {self.links[1]}: [1, 0, 0]}}",
+            )
+        if self.joint == "slot" and tuple(self.axis) != self.links[1:]:
+            raise Misplaced(
+                ("axis",) if self.axis else ("joint",),
+                f"needs the slot's direction in the second link; give axis: {{{self.links[1]}: [1, 0, 0]}}",
+            )
         return self
 
 
@@ -217,8 +274,13 @@ class Damping(_Part):
 
 
 class Initial(_Part):
-    position: tuple[Number, ...] | None = None
-    velocity: tuple[Number, ...] | None = None
+    """Joints in order (all, or the actuated ones), or by name; what is not given is zero.
+
+    Of robots with loops the passive joints' values are guesses.
+    """
+
+    position: tuple[Number, ...] | dict[Name, Number] | None = None
+    velocity: tuple[Number, ...] | dict[Name, Number] | None = None
     shape: Literal["undeformed", "static"] = "undeformed"
 
 
@@ -314,6 +376,7 @@ class Scene(_Part):
     gravity: Vector = (0.0, 0.0, -9.81)
     damping: Damping = Damping()
     links: Annotated[tuple[Link, ...], Field(min_length=1)]
+    loops: tuple[ClosingJoint, ...] = ()
     erls: Erls = Erls()
     initial: Initial = Initial()
     effects: Effects = Effects()
@@ -332,9 +395,36 @@ class Scene(_Part):
             link.joint.name or f"{link.name}_joint" for link in self.links if link.joint.type != "fixed"
         )
 
+    @property
+    def passive_joints(self) -> tuple[str, ...]:
+        """Names of the joints without a motor."""
+        return tuple(n for n, j in zip(self.joint_names, self.joints, strict=True) if not j.actuated)
+
+    def start(self, key: Literal["position", "velocity"]) -> np.ndarray:
+        """(m,) initial position or velocity of the joints; of loops, as far as it is given."""
+        given = getattr(self.initial, key)
+        values = np.zeros(len(self.joints))
+        if isinstance(given, dict):
+            for name, value in given.items():
+                values[self.joint_names.index(name)] = value
+        elif given is not None:
+            actuated = [k for k, joint in enumerate(self.joints) if joint.actuated]
+            values[actuated if len(given) < len(values) else slice(None)] = given
+        return values
+
+    @property
+    def parents(self) -> tuple[int, ...]:
+        """(L,) the link on whose end each link hangs, -1 for the base."""
+        names = [BASE, *(link.name for link in self.links)]
+        return tuple(names.index(k.parent) - 1 if k.parent else n - 1 for n, k in enumerate(self.links))
+
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
         names = [link.name for link in self.links]
+        if BASE in names:
+            raise Misplaced(
+                ("links", names.index(BASE), "name"), f"is {BASE!r}, which is the ground; give another"
+            )
         joints = [
             link.joint.name or f"{link.name}_joint" if link.joint.type != "fixed" else None
             for link in self.links
@@ -347,13 +437,37 @@ class Scene(_Part):
                         ("links", n, *below),
                         f"is {name!r} like links.{several.index(name)}; give each {kind} its own name",
                     )
-        m = len(self.joints)
+        for n, link in enumerate(self.links):
+            if link.parent and link.parent not in (BASE, *names[:n]):
+                earlier = ", ".join((BASE, *names[:n]))
+                raise Misplaced(
+                    ("links", n, "parent"), f"is {link.parent!r}; give {BASE} or an earlier link: {earlier}"
+                )
+        m, motors = len(self.joints), sum(joint.actuated for joint in self.joints)
         if m == 0:
             raise Misplaced(("links",), "have no joint that moves; make one revolute or prismatic")
         for key in ("position", "velocity"):
             given = getattr(self.initial, key)
-            if given is not None and len(given) != m:
-                raise Misplaced(("initial", key), f"has {len(given)} values for {m} moving joints; give {m}")
+            for name in given if isinstance(given, dict) else ():
+                if name not in self.joint_names:
+                    raise Misplaced(
+                        ("initial", key, name), f"is no joint; give one of {', '.join(self.joint_names)}"
+                    )
+            if isinstance(given, tuple) and len(given) not in (m, motors):
+                those = f" ({motors} actuated)" if motors < m else ""
+                some = f"{m}, or {motors}" if motors < m else str(m)
+                raise Misplaced(
+                    ("initial", key), f"has {len(given)} values for {m} moving joints{those}; give {some}"
+                )
+        for n, loop in enumerate(self.loops):
+            for i, name in enumerate(loop.links):
+                if name not in (BASE, *names):
+                    near = difflib.get_close_matches(name, names, 1)
+                    raise Misplaced(
+                        ("loops", n, "links", i),
+                        f"is {name!r}, which does not exist; "
+                        f"give {near[0] if near else 'one of ' + ', '.join((BASE, *names))}",
+                    )
         for n, zeroed in enumerate(self.erls.zeroed if isinstance(self.erls.zeroed, tuple) else ()):
             if zeroed.link not in names:
                 near = difflib.get_close_matches(zeroed.link, names, 1)

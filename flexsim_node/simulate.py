@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -30,6 +31,9 @@ class Run:
     node_position, rigid_position : (K, N, 3) base frame, with and without the elastic displacement, m
     node_displacement : (K, N, 6) from the rigid links, in link frames, m and rad
     energy : (K,) kinetic, elastic and gravitational together, J
+    loop_gap : (K, loops) distance between the points that each closing joint holds together, m
+    conditioning : (K,) how well the actuated joints guide the passive ones, the least since the sample
+        before: at most 1, 0 at a singular configuration
     step_time : s of wall-clock for each step
     status : "ok", or the reason why the run ended before its time (its samples end there too)
     node_names : (N,) link/number
@@ -46,6 +50,8 @@ class Run:
     rigid_position: np.ndarray
     node_displacement: np.ndarray
     energy: np.ndarray
+    loop_gap: np.ndarray
+    conditioning: np.ndarray
     step_time: np.ndarray
     status: str
     node_names: tuple[str, ...]
@@ -63,7 +69,7 @@ def simulate(
 
     Parameters
     ----------
-    torque : None, a callable t -> (m,), or an array (K, m) held between samples
+    torque : None, a callable t -> (m,), or an array (K, m) held between samples; zero at passive joints
     sample_period : s between samples; the scene's step where None.  Steps are as long as the scene says,
         shortened so that a whole number of them makes a period
     prescribed : joint name to a callable t -> (position, velocity, acceleration) that the joint follows
@@ -84,13 +90,15 @@ def simulate(
     robot = Simulation(scene, period / substeps, tuple(prescribed))
     samples = int(np.floor(duration / period + 1e-9)) + 1
     m = robot.model.joints
-    applied = _torque_function(torque, m, period, robot.limit)
+    applied = _torque_function(torque, m, period, robot)
     motion = _motion_function(scene, prescribed, robot)
     robot.motion[:] = motion(0.0)
     held = [joint_index(scene, name) for name in prescribed]
     trouble = ""
     for k in held:
         robot.x[k], robot.v[k] = robot.motion[0, 0, k], robot.motion[0, 1, k]
+    if held and robot.assembly is not None:
+        robot.assemble()
     adaptive = None
     if robot.advance is None:
         smooth = not isinstance(torque, np.ndarray)
@@ -108,9 +116,11 @@ def simulate(
     displacement = np.zeros((samples, nodes, 6))
     energy = np.zeros(samples)
     readings = {name: np.zeros((samples, value.size)) for name, value in robot.sensors.values.items()}
+    loop_gap, conditioning = np.zeros((samples, len(scene.loops))), np.ones(samples)
     step_time = np.zeros((samples - 1) * substeps)
     h = robot.step_size
     taken = kept = 0
+    warned = False
     constant = torque is None or isinstance(torque, np.ndarray)
     for k in range(samples):
         view = robot.look()
@@ -124,6 +134,13 @@ def simulate(
             for name, value in robot.sense().items():
                 readings[name][k] = value
         energy[k] = robot.energy().sum()
+        if robot.assembly is not None and robot.singularity is not None:
+            loop_gap[k] = robot.assembly.gaps(robot.x)
+            conditioning[k] = robot.singularity.worst
+            if robot.singularity.near and not warned:
+                warnings.warn(f"{scene.name}: at {times[k]:.4g} s {robot.singularity.warning}", stacklevel=2)
+                warned = True
+            robot.singularity.worst = 1.0
         kept = k + 1
         if k == samples - 1:
             break
@@ -132,6 +149,8 @@ def simulate(
             if adaptive is not None:
                 begin = time.perf_counter()
                 status = adaptive.step(robot.x, robot.v, t, h)
+                if robot.singularity is not None:
+                    robot.singularity.look(robot.work)
             else:
                 robot.torque[0] = applied(t)
                 if constant:
@@ -166,6 +185,8 @@ def simulate(
         rigid_position[:kept],
         displacement[:kept],
         energy[:kept],
+        loop_gap[:kept],
+        conditioning[:kept],
         step_time[:taken],
         reason,
         robot.model.node_names,
@@ -174,9 +195,18 @@ def simulate(
 
 
 def _torque_function(
-    torque: Torque, m: int, period: float, limit: np.ndarray
+    torque: Torque, m: int, period: float, robot: Simulation
 ) -> Callable[[float], np.ndarray]:
-    """Torque (m,) as a function of time, within the effort limits."""
+    """Torque (m,) as a function of time, within the effort limits and on actuated joints alone."""
+    limit, passive = robot.limit, np.flatnonzero(~robot.model.actuated)
+
+    def within(effort: np.ndarray) -> np.ndarray:
+        pushed = passive[np.any(effort.reshape(-1, m)[:, passive] != 0.0, axis=0)]
+        if pushed.size:
+            name = robot.scene.joint_names[pushed[0]]
+            raise ValueError(f"there is a torque on {name}, which is passive; give zero there")
+        return np.clip(effort, -limit, limit)
+
     if torque is None:
         zero = np.zeros(m)
         return lambda t: zero
@@ -184,11 +214,11 @@ def _torque_function(
         given = np.asarray(torque(0.0), dtype=float)
         if given.shape != (m,) or not np.all(np.isfinite(given)):
             raise ValueError(f"torque(0.0) is {given!r}; give {m} finite values")
-        return lambda t: np.clip(np.asarray(torque(t), dtype=float), -limit, limit)
+        return lambda t: within(np.asarray(torque(t), dtype=float))
     table = np.asarray(torque, dtype=float)
     if table.ndim != 2 or table.shape[1] != m or len(table) == 0 or not np.all(np.isfinite(table)):
         raise ValueError(f"torque has shape {table.shape}; give finite values of shape (K, {m})")
-    table = np.clip(table, -limit, limit)
+    table = within(table)
     last = len(table) - 1
     return lambda t: table[min(int(t / period + 1e-6), last)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .acceleration import OK, REASONS
+from .assembly import Assembly
 from .binding import STEPPERS, bind
 from .chain import FIXED, KIND, workspace
 from .energy import energy
@@ -13,6 +14,7 @@ from .model import Model, build_model
 from .observation import Observation
 from .scene import Scene, SceneError
 from .sensors import Sensors
+from .singularity import Singularity
 from .statics import rest_shape
 
 
@@ -42,6 +44,8 @@ class Simulation:
         self.limit = np.array([j.effort_limit or np.inf for j in scene.joints])
         self.view = Observation(self.model)
         self.sensors = Sensors(self.model)
+        self.assembly = Assembly(self.model) if scene.loops else None
+        self.singularity: Singularity | None = None
         self.energies = np.zeros(3)
         self._acceleration = np.zeros(n)
         self.method = scene.solver.method
@@ -57,15 +61,33 @@ class Simulation:
         """Return to the scene's initial state; time starts again at zero."""
         initial, m = self.scene.initial, self.model.joints
         self.x[:], self.v[:] = 0.0, 0.0
-        self.x[:m] = initial.position or 0.0
-        self.v[:m] = initial.velocity or 0.0
-        if initial.shape == "static":
+        self.x[:m] = self.scene.start("position")
+        self.v[:m] = self.scene.start("velocity")
+        if self.assembly is not None:
+            self.assemble()
+            self.singularity = Singularity(self.assembly, self.x)
+        elif initial.shape == "static":
             self.x[:] = rest_shape(self.model, self.x[:m])
         self.torque[:] = 0.0
         self.motion[:, 0], self.motion[:, 1] = self.x[:m], self.v[:m]
         self.time = 0.0
         self.status = OK
         self.prepare()
+
+    def assemble(self) -> None:
+        """Close the loops by moving passive joints, and let the robot come to rest where the scene says so.
+
+        Raises
+        ------
+        SceneError
+            with the gap, where that can't be
+        """
+        assert self.assembly is not None
+        fixed = self.model.actuated | self.work.held[self.model.joint_links]
+        self.x[:] = self.assembly.position(self.x, fixed)
+        if self.scene.initial.shape == "static":
+            self.x[:], _ = self.assembly.rest(self.x, fixed)
+        self.v[:] = self.assembly.velocity(self.x, self.v, fixed)
 
     def prepare(self) -> None:
         """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""
@@ -106,6 +128,8 @@ class Simulation:
         self.status = self.advance(self._bound, self.step_size, self.option)
         if self.status == OK:
             self.time += self.step_size
+            if self.singularity is not None:
+                self.singularity.look(self.work)
         return self.status
 
     @property

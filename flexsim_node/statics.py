@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from .assembly import Assembly
 from .chain import workspace
 from .model import Model, build_model
 from .observation import Observation
@@ -69,24 +70,51 @@ def rest_shape(model: Model, position: np.ndarray) -> np.ndarray:
 def static_equilibrium(scene: Scene, position: np.ndarray | list[float]) -> StaticEquilibrium:
     """Shape and holding torques with the joints at `position` (m,).
 
+    With loops the actuated joints are held and the passive ones' positions are guesses.
+
     Raises
     ------
     ArithmeticError
         where no equilibrium is found (the links buckle under their load)
+    SceneError
+        where a loop can't be closed
     """
     # all joints are held: `auto` then means root, as for any prescribed motion
     driven = scene.joint_names if scene.erls.zeroed == "auto" else ()
     model = build_model(scene, driven=driven)
-    x = rest_shape(model, check_position(scene, position, model.joints))
+    q = check_position(scene, position)
     view = Observation(model)
+    if scene.loops:
+        assembly = Assembly(model)
+        x, push = assembly.rest(unknowns_at(model, q), model.actuated)
+        torque = np.where(model.actuated, -assembly.force(x, push)[: model.joints], 0.0)
+    else:
+        x = rest_shape(model, q)
+        torque = -forces(model, x)[: model.joints]
     view.look(workspace(model.chain), x)
-    torque = -forces(model, x)[: model.joints]
     return StaticEquilibrium(torque, view.displacement, view.position, view.link_end)
 
 
-def check_position(scene: Scene, position: np.ndarray | list[float], m: int) -> np.ndarray:
-    """Joint coordinates as an array (m,), or a ValueError that says what is wrong."""
+def check_position(scene: Scene, position: np.ndarray | list[float]) -> np.ndarray:
+    """Joint coordinates as an array (m,), or a ValueError that says what is wrong.
+
+    Where a scene has passive joints, the actuated ones alone will do; the others are as the scene starts.
+    """
     q = np.asarray(position, dtype=float).reshape(-1)
-    if q.shape != (m,) or not np.all(np.isfinite(q)):
-        raise ValueError(f"{scene.name}: position {position!r}; give {m} finite joint coordinates")
-    return q
+    m = len(scene.joints)
+    motors = [k for k, joint in enumerate(scene.joints) if joint.actuated]
+    if q.size not in (m, len(motors)) or not np.all(np.isfinite(q)):
+        less = f", or the {len(motors)} actuated ones" if len(motors) < m else ""
+        raise ValueError(f"{scene.name}: position {position!r}; give {m} finite joint coordinates{less}")
+    if q.size == m:
+        return q
+    full = scene.start("position")
+    full[motors] = q
+    return full
+
+
+def unknowns_at(model: Model, position: np.ndarray) -> np.ndarray:
+    """Unknowns (n,) of the undeformed robot with its joints at position (m,)."""
+    x = np.zeros(model.unknowns)
+    x[: model.joints] = position
+    return x

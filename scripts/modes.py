@@ -114,7 +114,7 @@ def at(words: str | None, scene: Scene) -> list[float]:
     """Joint coordinates from the words, or the scene's initial ones."""
     m = len(scene.joints)
     if words is None:
-        return list(scene.initial.position or [0.0] * m)
+        return [float(q) for q in scene.start("position")]
     try:
         found = [float(word) for word in words.split(",")]
     except ValueError:

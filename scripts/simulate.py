@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 @click.option("--sample-period", type=click.FloatRange(0.0, min_open=True), metavar="SECONDS",
               help="Between saved samples; the scene's step if not given.")  # fmt: skip
 @click.option("--torque", type=click.Path(dir_okay=False), metavar="FILE.csv",
-              help="Torques, N m: columns t, one a joint; a row holds until the next.")  # fmt: skip
+              help="Torques, N m: columns t, one a joint (passive ones may be left out);"
+              " a row holds until the next.")  # fmt: skip
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
               help="Change the scene, e.g. solver.step=5e-4; may be repeated.")  # fmt: skip
 @click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.npz",
@@ -66,7 +67,7 @@ def command(
     if as_json:
         print_json(found)
     else:
-        print_figures(found)
+        print_figures(found, bool(loaded.loops))
     if run.status != "ok":
         raise click.ClickException(run.status)
 
@@ -132,6 +133,7 @@ def read_torque(path: Path, scene: Scene, steps: int, step: float) -> NDArray[np
     import numpy as np
 
     names = scene.joint_names
+    motors = [name for name in names if name not in scene.passive_joints]
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
@@ -141,6 +143,8 @@ def read_torque(path: Path, scene: Scene, steps: int, step: float) -> NDArray[np
     order = list(range(len(wanted)))
     if rows and number(rows[0][0]) is None:
         header = [word.strip() for word in rows.pop(0)]
+        if sorted(header) == sorted(["t", *motors]):
+            wanted = ["t", *motors]
         if sorted(header) != sorted(wanted):
             raise ValueError(f"{path}: columns are {', '.join(header)}; give {', '.join(wanted)}")
         order = [header.index(name) for name in wanted]
@@ -155,7 +159,9 @@ def read_torque(path: Path, scene: Scene, steps: int, step: float) -> NDArray[np
         raise ValueError(f"{path}: t does not rise from row to row")
     # A time that is a step but for rounding belongs to that step; before the first row: no torque.
     at = np.searchsorted(table[:, 0], step * np.arange(steps) + 1e-6 * step, side="right")
-    return np.vstack([np.zeros(len(names)), table[:, 1:]])[at]
+    efforts = np.zeros((len(table) + 1, len(names)))
+    efforts[1:, [names.index(name) for name in wanted[1:]]] = table[:, 1:]
+    return efforts[at]
 
 
 def thinned(run: Run, stride: int) -> Run:
@@ -163,7 +169,7 @@ def thinned(run: Run, stride: int) -> Run:
     from dataclasses import replace
 
     sampled = ("time", "joint_position", "joint_velocity", "torque", "link_end", "node_position",
-               "rigid_position", "node_displacement", "energy")  # fmt: skip
+               "rigid_position", "node_displacement", "energy", "loop_gap", "conditioning")  # fmt: skip
     readings = {name: values[::stride] for name, values in run.sensors.items()}
     return replace(run, sensors=readings, **{name: getattr(run, name)[::stride] for name in sampled})
 
@@ -207,10 +213,12 @@ def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
         "tip_deflection_peak": float(tip.max()),
         "energy_start": float(run.energy[0]),
         "energy_end": float(run.energy[-1]),
+        "loop_gap": float(run.loop_gap.max(initial=0.0)),
+        "conditioning": float(run.conditioning.min()),
     }
 
 
-def print_figures(found: dict[str, Any]) -> None:
+def print_figures(found: dict[str, Any], loops: bool) -> None:
     """Print the table."""
     rows: list[list[Any]] = [
         [name, f"{q:.6f} rad or m, {v:.6f} a second"]
@@ -227,6 +235,9 @@ def print_figures(found: dict[str, Any]) -> None:
         ["step time", f"p50 {1e6 * found['step_time_p50']:.1f} µs, "
                       f"p99 {1e6 * found['step_time_p99']:.1f} µs"],
     ]  # fmt: skip
+    if loops:
+        rows.append(["loops", f"gaps of at most {found['loop_gap']:.1e} m, "
+                              f"conditioning {found['conditioning']:.3f} at its least"])  # fmt: skip
     if found["saved"]:
         rows.append(["saved", f"{found['saved']}, {found['samples']} samples"])
     title = (

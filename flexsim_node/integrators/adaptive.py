@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import DOP853, Radau
 
-from ..acceleration import NOT_CONVERGED, OK, acceleration, drive_joints
+from ..acceleration import LOOP_OPEN, NOT_CONVERGED, OK, acceleration, drive_joints
 from ..chain import Workspace
+from ..closure import close
 from ..model import Model
 
 SOLVERS = {"radau": Radau, "dop853": DOP853}
@@ -32,6 +33,7 @@ class Adaptive:
         solver = model.scene.solver
         self.model, self.work, self.smooth = model, work, smooth
         self.torque, self.motion = torque, motion
+        self.loops = len(model.chain.closing) > 0
         self.kind = SOLVERS[method]
         self.tolerances = {"rtol": solver.relative_tolerance, "atol": solver.absolute_tolerance}
         self.running: Radau | DOP853 | None = None
@@ -44,6 +46,12 @@ class Adaptive:
         drive_joints(self.model.chain, self.work, self.motion(t), x, v, a)
         if acceleration(self.model.chain, self.work, x, v, self.torque(t), a) != OK:
             a[:] = np.nan
+        elif self.loops:
+            # the motion of the closed state next to (x, v): errors off the loops' surface then do not grow
+            if not close(self.model.chain, self.work, x, v, np.zeros(n)):
+                a[:] = np.nan
+            drive_joints(self.model.chain, self.work, self.motion(t), x, v, a)
+            acceleration(self.model.chain, self.work, x, v, self.torque(t), a)
         return np.concatenate([v, a])
 
     def step(self, x: np.ndarray, v: np.ndarray, t: float, h: float) -> int:
@@ -66,4 +74,8 @@ class Adaptive:
             return NOT_CONVERGED
         x[:], v[:] = y[:n], y[n:]
         drive_joints(self.model.chain, self.work, self.motion(t + h), x, v, np.zeros(n))
+        if self.loops:
+            acceleration(self.model.chain, self.work, x, v, self.torque(t + h), np.zeros(n))
+            if not close(self.model.chain, self.work, x, v, np.zeros(n)):
+                return LOOP_OPEN
         return OK

@@ -6,8 +6,18 @@ the end's acceleration; `option` is the spectral radius at infinite frequency.
 
 from __future__ import annotations
 
-from ..acceleration import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, acceleration, drive_joints, finite
+from ..acceleration import (
+    LOOP_OPEN,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    OK,
+    SINGULAR,
+    acceleration,
+    drive_joints,
+    finite,
+)
 from ..chain import BETA
+from ..closure import close, constrain, linearise
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
 from ..kernel import kernel
@@ -62,6 +72,9 @@ def step(chain, work, x, v, torque, motion, h, option):
         if factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)
+        if chain.closing.shape[0] > 0:
+            linearise(chain, work, vm)
+            constrain(chain, work, da, 1.0)
         size = 0.0
         for i in range(n):
             da[i] /= 1.0 - m
@@ -79,6 +92,8 @@ def step(chain, work, x, v, torque, motion, h, option):
     drive_joints(chain, work, motion[2], xe, ve, an)
     if not finite(xe, ve, torque.shape[1]):
         return NOT_FINITE
+    if chain.closing.shape[0] > 0 and not close(chain, work, xe, ve, rhs):
+        return LOOP_OPEN
     for i in range(n):
         x[i], v[i], a[i] = xe[i], ve[i], an[i]
     return OK

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..acceleration import NOT_FINITE, OK, acceleration, drive_joints, finite
+from ..acceleration import LOOP_OPEN, NOT_FINITE, OK, acceleration, drive_joints, finite
+from ..closure import close
 from ..kernel import kernel
 
 ORDER = 4
@@ -36,6 +37,8 @@ def step(chain, work, x, v, torque, motion, h, option):
     drive_joints(chain, work, motion[2], x2, v2, k)
     if not finite(x2, v2, torque.shape[1]):
         return NOT_FINITE
+    if chain.closing.shape[0] > 0 and not close(chain, work, x2, v2, work.vector[7]):
+        return LOOP_OPEN
     for i in range(n):
         x[i], v[i] = x2[i], v2[i]
     return OK

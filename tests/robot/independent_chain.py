@@ -261,10 +261,12 @@ class IndependentChain:
 
     def motion(self, z: np.ndarray, zd: np.ndarray) -> list:
         """For each link: origin, rotation of the beam axes, nodal rows (each Moving)."""
-        origin, turn = Moving(np.zeros(3)), Moving(np.eye(3))
-        end = (Moving(np.zeros(3)), Moving(np.zeros(3)))  # displacement, rotation, base frame
+        # each link's end: origin and rotation, displacement and rotation vector in the base frame
+        zero = Moving(np.zeros(3))
+        ends = {-1: (zero, Moving(np.eye(3)), (zero, zero))}
         k, out = 0, []
-        for link, along, axes, step, own, nodes, _, _ in self.links:
+        for n, (link, along, axes, step, own, nodes, _, _) in enumerate(self.links):
+            origin, turn, end = ends[self.scene.parents[n]]
             q = qd = 0.0
             if link.joint.type != "fixed":
                 q, qd, k = z[k], zd[k], k + 1
@@ -304,8 +306,7 @@ class IndependentChain:
             out.append((origin, basis, rows))
             u = Moving(rows[-1].value[:3], rows[-1].rate[:3])
             r = Moving(rows[-1].value[3:], rows[-1].rate[3:])
-            end = basis @ u, basis @ r
-            origin = origin + turn @ Moving(along)
+            ends[n] = origin + turn @ Moving(along), turn, (basis @ u, basis @ r)
         return out
 
     def pieces(self, motion: list):
@@ -417,7 +418,7 @@ class IndependentChain:
         return np.array([effort @ self.joint_rate(unit) for unit in np.eye(self.unknowns)])
 
     def acceleration(self, z: np.ndarray, zd: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """(n,) from d/dt dT/dz' - dT/dz + dV/dz = Q."""
+        """(n,) from d/dt dT/dz' - dT/dz + dV/dz = Q, with Lagrange's multipliers where loops close."""
         units = np.eye(self.unknowns)
         columns = np.array([self.velocities(z, e).real for e in units])
         mass = columns @ columns.T
@@ -428,4 +429,51 @@ class IndependentChain:
             bias[k] -= self.kinetic(z + 1j * STEP * e, zd).imag / STEP
             bias[k] += self.potential(z + 1j * STEP * e).imag / STEP
         force = self.damping_force(z, zd) + self.joint_force(zd, torque)
-        return np.linalg.solve(mass, force - bias)
+        if not self.scene.loops:
+            return np.linalg.solve(mass, force - bias)
+        gradient = np.array([self.opening(z, e).rate.real for e in units]).T
+        convective = self.opening(ahead, zd).rate.imag / STEP
+        matrix = np.block([[mass, gradient.T], [gradient, np.zeros((len(gradient),) * 2)]])
+        # equations that depend on each other, as in a planar loop in space, leave the accelerations unique
+        return np.linalg.lstsq(matrix, np.concatenate([force - bias, -convective]), rcond=1e-14)[0][: len(z)]
+
+    def opening(self, z: np.ndarray, zd: np.ndarray) -> Moving:
+        """What the closing joints hold at zero, one joint after the other."""
+        motion = self.motion(z, zd)
+        names = [link.name for link in self.scene.links]
+
+        def rides(link: str, vector, point: bool) -> Moving:
+            if link == "base":
+                return Moving(vector)
+            n = names.index(link)
+            (_, along, axes, *_), (origin, basis, rows) = self.links[n], motion[n]
+            inside = axes.T @ np.asarray(vector)
+            u, r = rows[-1].value, rows[-1].rate
+            value, rate = inside + np.cross(u[3:], inside), np.cross(r[3:], inside)
+            if not point:
+                return basis @ Moving(value, rate)
+            return origin + basis @ Moving(value + axes.T @ along + u[:3], rate + r[:3])
+
+        def product(a: Moving, b: Moving) -> tuple:
+            return a.value @ b.value, a.rate @ b.value + a.value @ b.rate
+
+        x, y, e = np.eye(3)
+        out = []
+        for joint in self.scene.loops:
+            one, two = joint.links
+            a, b = rides(one, joint.point(one), True), rides(two, joint.point(two), True)
+            apart = Moving(a.value - b.value, a.rate - b.rate)
+            axis = [joint.direction(name) for name in joint.links]
+            if joint.joint == "slot":
+                _, _, across = np.linalg.svd(axis[1][None])
+                out += [product(rides(two, d, False), apart) for d in across[1:]]
+                continue
+            out += list(zip(apart.value, apart.rate, strict=True))
+            if joint.joint == "revolute":
+                _, _, across = np.linalg.svd(axis[1][None])
+                pairs = [(axis[0], d) for d in across[1:]]
+            else:
+                pairs = {"universal": [tuple(axis)], "fixed": [(x, y), (y, e), (e, x)]}.get(joint.joint, [])
+            out += [product(rides(one, c, False), rides(two, d, False)) for c, d in pairs]
+        values, rates = zip(*out, strict=True)
+        return Moving(np.array(values), np.array(rates))

@@ -36,9 +36,10 @@ def pinocchio_model(scene: Scene) -> pinocchio.Model:
     """The chain as Pinocchio's model; joint frames are turned by theta, so q = 0 is the scene's."""
     model = pinocchio.Model()
     model.gravity.linear = np.array(scene.gravity)
-    joint, place = 0, pinocchio.SE3.Identity()
+    ends = {-1: (0, pinocchio.SE3.Identity())}
     armature = []
-    for link in scene.links:
+    for n, link in enumerate(scene.links):
+        joint, place = ends[scene.parents[n]]
         dh = link.dh
         place = place * pinocchio.SE3(rotation_z(dh.theta), np.zeros(3))
         if link.joint.type != "fixed":
@@ -48,6 +49,7 @@ def pinocchio_model(scene: Scene) -> pinocchio.Model:
             place = pinocchio.SE3.Identity()
             armature.append(link.joint.rotor_inertia * link.joint.gear_ratio**2)
         place = place * pinocchio.SE3(rotation_x(dh.alpha), np.array([dh.a, 0, dh.d]))
+        ends[n] = joint, place
         for body in bodies(link):
             model.appendBodyToJoint(joint, body, place)
     model.armature = np.array(armature)

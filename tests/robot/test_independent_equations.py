@@ -12,7 +12,9 @@ from scenes import anthropomorphic, link, robot, two_link
 
 from flexsim_node import load_scene
 from flexsim_node.acceleration import acceleration
-from flexsim_node.simulation import Simulation
+from flexsim_node.chain import workspace
+from flexsim_node.energy import energy
+from flexsim_node.model import build_model
 
 INERTIA = [[0.02, 0.001, 0.002], [0.001, 0.03, -0.003], [0.002, -0.003, 0.025]]
 PAYLOAD = {"mass": 1.3, "center_of_mass": [0.02, 0.03, -0.04], "inertia": INERTIA}
@@ -60,6 +62,70 @@ def sliding(**keys):
     )
 
 
+def forked(**keys):
+    """Two arms on a bent beam, one sliding, and a second chain from the base, set off by a bracket."""
+    return robot(
+        link("trunk", {"a": 0.4, "alpha": 0.6}, beam=SOFT),
+        link("left", {"a": 0.3, "d": 0.1, "alpha": -0.5}, beam={"elements": 1}, payload=PAYLOAD),
+        link("right", {"a": 0.2, "d": 0.2}, joint={"type": "prismatic"}, parent="trunk"),
+        link("hand", {"a": 0.1, "alpha": 0.3}, beam={"elements": 1}),
+        link("bracket", {"a": 0.5, "d": 0.1, "alpha": 0.4}, None, joint={"type": "fixed"}, parent="base"),
+        link("other", {"a": 0.3, "theta": 0.5}, beam=SOFT),
+        link("stub", {"a": 0.2}, parent="left", flexible=False),
+        **{"gravity": [1.0, -5.0, -7.0], **keys},
+    )
+
+
+def planar_fork(**keys):
+    """The same in a plane."""
+    return robot(
+        link("trunk", {"a": 0.4}, beam=SOFT),
+        link("left", {"a": 0.3, "theta": 0.7}, payload=FLAT_BODY),
+        link("right", {"a": 0.2, "theta": -0.4}, parent="trunk", beam=SOFT),
+        link("bracket", {"a": 0.5, "theta": 0.3}, None, joint={"type": "fixed"}, parent="base"),
+        link("other", {"a": 0.3}, beam=SOFT),
+        **{"gravity": [1.0, -9.0, 0.0], **keys},
+    )
+
+
+def closed(kind, **keys):
+    """Two chains of soft links in space, joined at points beside their ends, and to the base."""
+    at = {"left": [0.1, 0.05, -0.02], "right": [0.02, -0.1, 0.03]}
+    axis = {"left": [1.0, 2.0, -1.0], "right": [0.3, -1.0, 0.2]}
+    given = {"revolute": axis, "universal": axis, "slot": {"right": axis["right"]}}.get(kind)
+    joint = {"links": ["left", "right"], "joint": kind, "at": at, **({"axis": given} if given else {})}
+    ground = {"links": ["right", "base"], "joint": "spherical", "at": {"base": [0.1, 0.2, 0.3]}}
+    slot = {"links": ["base", "left"], "joint": "slot", "axis": {"left": [0.0, 1.0, 1.0]}}
+    return robot(
+        link("trunk", {"a": 0.4, "alpha": 0.6}, beam={"elements": 1}),
+        link("left", {"a": 0.3, "d": 0.1, "alpha": -0.5}, beam=SOFT, payload=PAYLOAD),
+        link("bracket", {"a": 0.5, "d": 0.1, "alpha": 0.4}, None, joint={"type": "fixed"}, parent="base"),
+        link("slide", {"a": 0.2, "d": 0.2}, joint={"type": "prismatic"}),
+        link("right", {"a": 0.3, "theta": 0.5, "alpha": 0.2}, beam={"elements": 1}),
+        **{"loops": [joint, ground, slot], "gravity": [1.0, -5.0, -7.0], **keys},
+    )
+
+
+def planar_closed(**keys):
+    """Loops in a plane: a weld, a pin beside a link's end, a pin that slides."""
+    return robot(
+        link("trunk", {"a": 0.4}, beam=SOFT),
+        link("left", {"a": 0.3, "theta": 0.7}, payload=FLAT_BODY),
+        link("bracket", {"a": 0.5, "theta": 0.3}, None, joint={"type": "fixed"}, parent="base"),
+        link("other", {"a": 0.3}, beam=SOFT),
+        link("stub", {"a": 0.2}),
+        **{
+            "loops": [
+                {"links": ["left", "stub"], "at": {"left": [0.1, 0.2, 0.0]}},
+                {"links": ["trunk", "base"], "joint": "slot", "axis": {"base": [1.0, 2.0, 0.0]}},
+                {"links": ["left", "other"], "joint": "fixed"},
+            ],
+            "gravity": [1.0, -9.0, 0.0],
+            **keys,
+        },
+    )
+
+
 def losses(**keys):
     """Friction, rotors and Rayleigh damping."""
     joint = {
@@ -98,6 +164,14 @@ SCENES = {
     "pieces": pieces(),
     "pieces, shear": pieces(effects={"shear": True}),
     "sliding": sliding(),
+    "forked": forked(),
+    "planar fork": planar_fork(),
+    "loops, revolute": closed("revolute"),
+    "loops, universal": closed("universal"),
+    "loops, spherical": closed("spherical"),
+    "loops, fixed": closed("fixed"),
+    "loops, slot": closed("slot"),
+    "planar loops": planar_closed(),
     "losses": losses(),
     "losses, points": losses(effects={"rotary_inertia": False}),
 }
@@ -114,8 +188,8 @@ def random_state(model, rng, size):
 
 
 def compare(scene, zeroed=None, size=3e-3, seed=1):
-    robot_now = Simulation(load_scene(scene, {"erls.zeroed": "root"} if zeroed is None else None))
-    model = robot_now.model
+    model = build_model(load_scene(scene, {"erls.zeroed": "root"} if zeroed is None else None))
+    work = workspace(model.chain)
     road = IndependentChain(model.scene, model.planar, zeroed)
     assert road.unknowns == model.unknowns
     rng = np.random.default_rng(seed)
@@ -125,14 +199,15 @@ def compare(scene, zeroed=None, size=3e-3, seed=1):
         x, v = random_state(model, rng, size)
         torque = rng.uniform(-5, 5, m)
         found = np.zeros(model.unknowns)
-        assert acceleration(model.chain, robot_now.work, x, v, torque, found) == 0
+        assert acceleration(model.chain, work, x, v, torque, found) == 0
         right = road.acceleration(x, v, torque)
         assert np.allclose(found, right, rtol=0, atol=2e-9 * np.max(np.abs(right)))
         # joints' accelerations are small beside the elastic ones in a stiff chain: alone they
         # count too
         assert np.allclose(found[:m], right[:m], rtol=0, atol=1e-8 * np.max(np.abs(right[:m])))
-        robot_now.x[:], robot_now.v[:] = x, v
-        kinetic, elastic, height = robot_now.energy()
+        joules = np.zeros(3)
+        energy(model.chain, work, x, v, joules)
+        kinetic, elastic, height = joules
         assert kinetic == pytest.approx(road.kinetic(x, v).real, rel=1e-11)
         assert elastic + height == pytest.approx(road.potential(x).real, rel=1e-11)
     assert road.kinetic(x, zero).real == 0.0

@@ -8,7 +8,7 @@ import pytest
 from rigid_chain import friction, pinocchio_model
 from scenes import CONFIG, anthropomorphic, two_link
 from scipy.integrate import solve_ivp
-from test_independent_equations import losses, oblique, pieces, sliding
+from test_independent_equations import forked, losses, oblique, pieces, planar_fork, sliding
 
 from flexsim_node import load_scene, simulate, static_equilibrium
 
@@ -32,6 +32,8 @@ SCENES = {
     "payloads": oblique(),
     "wrist, fixed joint": pieces(),
     "prismatic": sliding(),
+    "forked": forked(),
+    "planar fork": planar_fork(),
     "rotors and friction": losses(),
 }
 
