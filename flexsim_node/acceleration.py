@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from .chain import FIXED, KIND, Q
+from .chain import COORDINATES, FIXED, KIND, MOTOR, Q
 from .closure import constrain, linearise
 from .dynamics import residual
 from .factorization import factorize, set_scale, solve
 from .kernel import kernel
+from .kinematics import place
+from .watch import watch
 
 # what a step says happened
-OK, NOT_FINITE, SINGULAR, NOT_CONVERGED, LOOP_OPEN = range(5)
+OK, NOT_FINITE, SINGULAR, NOT_CONVERGED, LOOP_OPEN, NOT_VALID = range(6)
 REASONS = {
     OK: "ok",
     NOT_FINITE: "the state grows beyond all bounds; give a smaller step or an implicit method",
@@ -17,7 +19,14 @@ REASONS = {
     NOT_CONVERGED: "the step's iteration did not converge; give a smaller step",
     LOOP_OPEN: "a loop can't be kept closed; look at the mechanism's singular configurations, at what"
     " prescribed joints ask of it, or give a smaller step",
+    NOT_VALID: "the motion leaves the range of its equations",
 }
+
+
+@kernel
+def encoder(link, n):
+    """The unknown that a joint's motor turns: its own angle where a spring follows, else q."""
+    return link[n, MOTOR] if link[n, MOTOR] >= 0 else link[n, Q]
 
 
 @kernel
@@ -26,17 +35,25 @@ def drive_joints(chain, work, motion, x, v, a):
     link = chain.link
     for n in range(link.shape[0]):
         if work.held[n] and link[n, KIND] != FIXED:
-            q = link[n, Q]
-            x[q], v[q], a[q] = motion[0, q], motion[1, q], motion[2, q]
+            q, k = link[n, Q], encoder(link, n)
+            x[k], v[k], a[k] = motion[0, q], motion[1, q], motion[2, q]
 
 
 @kernel
-def finite(x, v, joints):
+def finite(chain, x, v):
     """Whether the state holds finite numbers only, and elastic displacements below a thousand m or rad."""
     bounded = True
+    joints = chain.setting[COORDINATES]
     for i in range(x.size):
         bounded = bounded and abs(x[i]) < (1e3 if i >= joints else 1e12) and abs(v[i]) < 1e12
     return bounded
+
+
+@kernel
+def valid(chain, work, x):
+    """Whether the motion at the unknowns x is within the limits of the equations."""
+    place(chain, work, x)
+    return not watch(chain, work)
 
 
 @kernel
@@ -47,10 +64,10 @@ def acceleration(chain, work, x, v, torque, out):
     a[:] = 0.0
     for n in range(link.shape[0]):
         if work.held[n] and link[n, KIND] != FIXED:
-            a[link[n, Q]] = out[link[n, Q]]
+            a[encoder(link, n)] = out[encoder(link, n)]
     residual(chain, work, x, v, a, torque, rhs)
     if work.scale[0] != 0.0 or work.scale[1] != 0.0:
-        set_scale(chain, work, 0.0, 0.0)
+        set_scale(chain, work, 0.0, 0.0, 0.0)
     if factorize(chain, work) != 0:
         return SINGULAR
     solve(chain, work, rhs, out)

@@ -15,7 +15,10 @@ Structural Analysis, 1968, section 5.6); s = 0 is Euler-Bernoulli.
 
 With the `centrifugal` effect the axial strain of an element carries the mean of the squared slope,
 (u2 - u1)/length + mean(w'^2)/2 (von Karman's strain, averaged so that it does not lock): the
-geometric stiffness of whatever axial force is there, derived from an energy.
+geometric stiffness of whatever axial force is there, derived from an energy.  Inside an element the
+squared slope is not uniform: that moves its mass along the beam by
+s = length (phi2^2 - phi1^2)/24 on average (phi the sections' rotations at its start and end), which the
+inertia terms carry.  So an axial force that varies along the element stiffens it as it should.
 """
 
 from __future__ import annotations
@@ -103,6 +106,12 @@ def squared_slope(w1, t1, w2, t2, length, s):
     mean = g_chord * chord + g1 * h1 + g3 * h3
     b0, b1, b2, b3 = hermite_transpose(-g_chord, g1, g_chord, g3, length, s)
     return mean, b0, b1, b2, b3
+
+
+@kernel
+def shift(e, t1, t2):
+    """How far the squared slope of end rotations t1, t2 moves an element's mass along the beam."""
+    return e[LENGTH] * (t2 * t2 - t1 * t1) / 24.0
 
 
 @kernel

@@ -12,11 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 # columns of Chain.link
-KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES = range(9)
+KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES, MOTOR = range(10)
 FIXED, REVOLUTE, PRISMATIC = range(3)
-# columns of Chain.joint: link length, joint axis in the link's and the parent's body frame, losses
+# columns of Chain.joint: link length, joint axis in the link's and the parent's body frame, losses, spring
+# and damper between motor and link, the link's first bending frequency (rad/s), buckling load (N), or zero
 TIP, AXIS, PARENT_AXIS, ANGLE = 0, 1, 4, 7
-VISCOUS, COULOMB, COULOMB_SPEED, ROTOR = 8, 9, 10, 11
+VISCOUS, COULOMB, COULOMB_SPEED, ROTOR, SPRING, DAMPER = 8, 9, 10, 11, 12, 13
+BENDING, BUCKLING = 14, 15
 # columns of Chain.closing, an equation each: what it equates, the links on whose ends its points or
 # directions a, b and its direction d ride (-1: the base), the loop it belongs to
 EQUATION, LINK_A, LINK_B, LINK_D, CLOSING_LOOP = range(5)
@@ -28,16 +30,18 @@ OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
 # rows of Workspace.node
 DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
 # entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next
-# step's first stage too (where q follows the links' chords; at their roots it swings with the elastic modes)
-GRAVITY, ALPHA, BETA, KEEP = 0, 3, 4, 5
+# step's first stage too (where q follows the links' chords; at their roots it swings with the elastic modes),
+# whether the elastic displacement meets Coriolis' acceleration, and centrifugal softening,
+# how many of the unknowns are joint coordinates and motors' angles
+GRAVITY, ALPHA, BETA, KEEP, CORIOLIS, SPIN, COORDINATES = 0, 3, 4, 5, 6, 7, 8
 
 
 class Chain(NamedTuple):
     """A robot as the kernels see it: L links, E elements, N nodes, n unknowns, B dofs a node (3 or 6)."""
 
     dofs: tuple[int, ...]  # of a node in space: its length B is known when a kernel is compiled
-    link: np.ndarray  # (L, 9) int64
-    joint: np.ndarray  # (L, 12)
+    link: np.ndarray  # (L, 10) int64
+    joint: np.ndarray  # (L, 16)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
     element: np.ndarray  # (E, 13), columns of beam.py
     mass: np.ndarray  # (E, 2B, 2B), nodes ordered (end, start)
@@ -48,7 +52,8 @@ class Chain(NamedTuple):
     body_mass: np.ndarray  # (bodies, B, B)
     body_place: np.ndarray  # (bodies,) int64: node
     place: np.ndarray  # (N,) distance of a node from the link's start, m
-    setting: np.ndarray  # (6,)
+    setting: np.ndarray  # (9,)
+    limit: np.ndarray  # (4, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
 
@@ -61,11 +66,17 @@ class Workspace(NamedTuple):
     node: np.ndarray  # (4, N, B)
     force: np.ndarray  # (N, B)
     wrench: np.ndarray  # (L, B)
+    attitude: np.ndarray  # (L, 9): rotation of the body frames to the base, where a load asks for it
+    external: np.ndarray  # (2, L, 6): force and moment on the links' ends, in beam axes and in base axes
+    loaded: np.ndarray  # (2,) bool: whether there are any
+    validity: np.ndarray  # (2, 4): largest values that the watch saw, and the links where
+    correction: np.ndarray  # (1,): of the last Newton step, m or rad
     held: np.ndarray  # (L,) bool: joints whose motion is prescribed
     iteration: np.ndarray  # (E, 2B, 2B): mass + scale * stiffness
-    scale: np.ndarray  # (2,): of the stiffness, of the joints' damping
+    scale: np.ndarray  # (3,): of the stiffness, of the joints' damping and of their springs
     pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)
+    spring: np.ndarray  # (L, 2): joint spring in the matrix, 1 / pivot of its motor
     interface: np.ndarray  # (L, 2B, 2B)
     load: np.ndarray  # (L, 2B)
     answer: np.ndarray  # (L, 2B)
@@ -76,7 +87,7 @@ class Workspace(NamedTuple):
     square: np.ndarray  # (2B, 2B)
     coupling: np.ndarray  # (2B + 1, B)
     inertia: np.ndarray  # (B, B)
-    scratch: np.ndarray  # (24, 3)
+    scratch: np.ndarray  # (30, 3)
     row: np.ndarray  # (6, 36)
     closure: np.ndarray  # (R, 2n + R + 4): G, M^-1 G^T, S = G M^-1 G^T, columns of closure.py
     pose: np.ndarray  # (L, 15): origin, rotation and the origin's velocity in the base frame; of loops only
@@ -86,7 +97,8 @@ def workspace(chain: Chain) -> Workspace:
     """Allocate the buffers for a chain."""
     links = len(chain.link)
     nodes, b = len(chain.unknown), len(chain.dofs)
-    unknowns = max(int(chain.unknown.max(initial=-1)), int(chain.link[:, [Q, PHI]].max(initial=-1))) + 1
+    last = chain.link[:, [Q, PHI, MOTOR]].max(initial=-1)
+    unknowns = max(int(chain.unknown.max(initial=-1)), int(last)) + 1
     joints = int(np.sum(chain.link[:, KIND] != FIXED))
     equations = len(chain.closing)
     return Workspace(
@@ -95,11 +107,17 @@ def workspace(chain: Chain) -> Workspace:
         node=np.zeros((4, nodes, b)),
         force=np.zeros((nodes, b)),
         wrench=np.zeros((links, b)),
+        attitude=np.zeros((links, 9)),
+        external=np.zeros((2, links, 6)),
+        loaded=np.zeros(2, dtype=np.bool_),
+        validity=np.zeros((2, 4)),
+        correction=np.zeros(1),
         held=np.zeros(links, dtype=np.bool_),
         iteration=chain.mass.copy(),
-        scale=np.zeros(2),
+        scale=np.zeros(3),
         pivot=np.zeros((nodes * b, 3 * b + 1)),
         joint_pivot=np.zeros((links, 2, 2 * b + 2)),
+        spring=np.zeros((links, 2)),
         interface=np.zeros((links, 2 * b, 2 * b)),
         load=np.zeros((links, 2 * b)),
         answer=np.zeros((links, 2 * b)),
@@ -110,7 +128,7 @@ def workspace(chain: Chain) -> Workspace:
         square=np.zeros((2 * b, 2 * b)),
         coupling=np.zeros((2 * b + 1, b)),
         inertia=np.zeros((b, b)),
-        scratch=np.zeros((24, 3)),
+        scratch=np.zeros((30, 3)),
         row=np.zeros((6, 36)),
         closure=np.zeros((equations, 2 * unknowns + equations + 4)),
         pose=np.zeros((links if equations else 0, 15)),

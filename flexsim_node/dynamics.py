@@ -14,29 +14,38 @@ from .chain import (
     ALPHA,
     BETA,
     BODIES,
+    CORIOLIS,
     COULOMB,
     COULOMB_SPEED,
     COUNT,
+    DAMPER,
     DISPLACEMENT,
     FIRST,
     FIRST_BODY,
     FIRST_ELEMENT,
     FIXED,
     KIND,
+    MOTOR,
     PHI,
     RATE,
     ROTOR,
+    SPIN,
+    SPRING,
     TRIAL,
     VISCOUS,
     Q,
 )
+from .external import external_forces
 from .kernel import kernel
 from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
 
 
 @kernel
 def joint_force(chain, x, v, a, torque, out):
-    """Add motor torque minus friction and rotor inertia, on the physical joint angle q + phi."""
+    """Add motor torque minus friction and rotor inertia, on the physical joint angle q + phi.
+
+    Where a spring stands between motor and link they act on the motor's own angle.
+    """
     link, joint = chain.link, chain.joint
     m = 0
     for n in range(link.shape[0]):
@@ -47,9 +56,17 @@ def joint_force(chain, x, v, a, torque, out):
         if phi >= 0:
             rate += v[phi]
             acceleration += a[phi]
+        motor, spring = link[n, MOTOR], 0.0
+        if motor >= 0:
+            angle = x[q] + (x[phi] if phi >= 0 else 0.0)
+            spring = joint[n, SPRING] * (x[motor] - angle) + joint[n, DAMPER] * (v[motor] - rate)
+            rate, acceleration = v[motor], a[motor]
         effort = torque[m] - joint[n, VISCOUS] * rate - joint[n, ROTOR] * acceleration
         if joint[n, COULOMB] > 0.0:
             effort -= joint[n, COULOMB] * np.tanh(rate / joint[n, COULOMB_SPEED])
+        if motor >= 0:
+            out[motor] += effort - spring
+            effort = spring
         out[q] += effort
         if phi >= 0:
             out[phi] += effort
@@ -63,6 +80,7 @@ def link_forces(chain, work):
     d, v, a = work.node[DISPLACEMENT], work.node[RATE], work.node[ACCELERATION]
     force, wrench = work.force, work.wrench
     alpha, beta = chain.setting[ALPHA], chain.setting[BETA]
+    coriolis, spin = chain.setting[CORIOLIS] > 0.0, chain.setting[SPIN] > 0.0
     planar = len(chain.dofs) == 3
     force[:] = 0.0
     wrench[:] = 0.0
@@ -71,12 +89,14 @@ def link_forces(chain, work):
         for k in range(link[n, COUNT]):
             e, i = element[start + k], first + k + 1
             if planar:
-                planar_beam.inertia_force(e, f, d, v, a, i, alpha, force, wrench[n])
+                planar_beam.inertia_force(e, f, d, v, a, i, alpha, coriolis, spin, force, wrench[n])
                 planar_beam.elastic_force(e, d, i, force)
                 if beta > 0.0:
                     planar_beam.stiffness_product(e, d, v, i, beta, force)
             else:
-                spatial_beam.inertia_force(e, f, d, v, a, i, alpha, force, wrench[n], work.scratch)
+                spatial_beam.inertia_force(
+                    e, f, d, v, a, i, alpha, coriolis, spin, force, wrench[n], work.scratch
+                )
                 spatial_beam.elastic_force(e, d, i, force)
                 if beta > 0.0:
                     spatial_beam.stiffness_product(e, d, v, i, beta, force)
@@ -96,6 +116,8 @@ def link_forces(chain, work):
                 r[2],
                 r[3],
                 alpha,
+                coriolis,
+                spin,
                 r[4],
                 r[5],
                 work.scratch,
@@ -116,6 +138,8 @@ def residual(chain, work, x, v, a, torque, out):
     place(chain, work, x)
     accelerate(chain, work, v, a)
     link_forces(chain, work)
+    if work.loaded[0] or work.loaded[1]:
+        external_forces(chain, work)
     out[:] = 0.0
     gather(chain, work, out)
     for i in range(out.size):
@@ -141,3 +165,11 @@ def stiffness_times(chain, work, y, scale, out):
                 spatial_beam.stiffness_product(e, d, rows, i, scale, force)
     out[:] = 0.0
     gather(chain, work, out)
+    for n in range(link.shape[0]):
+        if link[n, MOTOR] >= 0:
+            twist = y[link[n, Q]] - y[link[n, MOTOR]]
+            if link[n, PHI] >= 0:
+                twist += y[link[n, PHI]]
+                out[link[n, PHI]] += scale * chain.joint[n, SPRING] * twist
+            out[link[n, Q]] += scale * chain.joint[n, SPRING] * twist
+            out[link[n, MOTOR]] -= scale * chain.joint[n, SPRING] * twist

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import planar_beam, rigid_body, spatial_beam
-from .beam import AXIAL, LENGTH, SHEAR_Y, SHEAR_Z, STIFFENING, squared_slope
+from .beam import AXIAL, LENGTH, MASS, SHEAR_Y, SHEAR_Z, STIFFENING, squared_slope
 from .chain import (
     BODIES,
     COUNT,
@@ -17,12 +17,14 @@ from .chain import (
     GRAVITY,
     KIND,
     LEVER,
+    MOTOR,
     PARENT,
     PHI,
     PRISMATIC,
     RATE,
     REVOLUTE,
     ROTOR,
+    SPRING,
     Q,
 )
 from .kernel import allocating_kernel
@@ -116,6 +118,12 @@ def energy(chain, work, x, v, out):
                 spatial_row(d[i - 1], planar, p)
                 spatial_row(d[i], planar, r)
                 out[1] += stiffening_energy(e, p, r)
+                spatial_row(rate[i - 1], planar, s)
+                moved = p[4] * s[4] + p[5] * s[5]
+                along = s[0]
+                spatial_row(rate[i], planar, s)
+                moved = e[LENGTH] / 12.0 * (r[4] * s[4] + r[5] * s[5] - moved)
+                out[0] += 0.5 * e[MASS] * moved * (along + s[0] + moved)
         for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
             i = chain.body_place[k]
             spatial_row(d[i], planar, r)
@@ -140,4 +148,9 @@ def energy(chain, work, x, v, out):
             speed = v[link[n, Q]]
             if link[n, PHI] >= 0:
                 speed += v[link[n, PHI]]
+            motor = link[n, MOTOR]
+            if motor >= 0:
+                wound = x[motor] - x[link[n, Q]] - (x[link[n, PHI]] if link[n, PHI] >= 0 else 0.0)
+                out[1] += 0.5 * joint[n, SPRING] * wound * wound
+                speed = v[motor]
             out[0] += 0.5 * joint[n, ROTOR] * speed * speed

@@ -17,16 +17,19 @@ from .chain import (
     BODIES,
     BY_Q,
     COUNT,
+    DAMPER,
     DISPLACEMENT,
     FIRST,
     FIRST_BODY,
     FIRST_ELEMENT,
     FIXED,
     KIND,
+    MOTOR,
     PARENT,
     PHI,
     REVOLUTE,
     ROTOR,
+    SPRING,
     VISCOUS,
     Q,
 )
@@ -36,9 +39,9 @@ from .kinematics import spatial_row
 
 
 @kernel
-def set_scale(chain, work, stiffness, damping):
-    """Choose the matrix: M + stiffness * K, with `damping` times the joints' viscous friction."""
-    work.scale[0], work.scale[1] = stiffness, damping
+def set_scale(chain, work, stiffness, damping, spring):
+    """Choose the matrix: M + stiffness * K + damping * (joints' losses) + spring * (joints' springs)."""
+    work.scale[0], work.scale[1], work.scale[2] = stiffness, damping, spring
     w = work.iteration
     for e in range(w.shape[0]):
         for i in range(w.shape[1]):
@@ -71,6 +74,12 @@ def fold(w, p, coefficient, b, size):
         elif k < p:
             w[k, p] = 0.0
     w[p, p] = 0.0
+
+
+@kernel
+def free(link, work, n):
+    """Whether a link's joint coordinate is an unknown: held joints are not, unless their motor is held."""
+    return link[n, KIND] != FIXED and (link[n, MOTOR] >= 0 or not work.held[n])
 
 
 @kernel
@@ -216,6 +225,11 @@ def factorize(chain, work):
                 for k in range(b):
                     w[j, 2 * b + k] += work.coupling[b + j, k]
                     w[b + j, 2 * b + k] += work.coupling[j, k]
+            if e[STIFFENING] > 0.0:
+                if planar:
+                    planar_beam.shift_mass(e, d, i, w)
+                else:
+                    spatial_beam.shift_mass(e, d, i, work.row[4], w)
             if e[STIFFENING] > 0.0 and work.scale[0] > 0.0:
                 if planar:
                     planar_beam.iteration_stiffness(e, d, i, work.scale[0], work.row[4], w)
@@ -260,11 +274,17 @@ def factorize(chain, work):
 def eliminate_joint(chain, work, n, z, b, phi_column, q_column):
     """Eliminate the joint's elastic rotation and coordinate from z; False where a pivot is not positive."""
     link, joint = chain.link, chain.joint
-    moves = link[n, KIND] != FIXED and not work.held[n]
+    moves = free(link, work, n)
     has_phi = link[n, PHI] >= 0
     if not (moves or has_phi):
         return True
     rotor = joint[n, ROTOR] + work.scale[1] * joint[n, VISCOUS]
+    if link[n, MOTOR] >= 0:
+        # the motor's own angle goes first, and leaves its inertia behind the spring
+        spring = work.scale[2] * joint[n, SPRING] + work.scale[1] * joint[n, DAMPER]
+        inverse = 0.0 if work.held[n] else 1.0 / (rotor + spring)
+        work.spring[n, 0], work.spring[n, 1] = spring, inverse
+        rotor = spring - spring * spring * inverse
     joint_vectors(chain, work, n, b, phi_column, q_column)
     row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
     across = 0.0
@@ -335,7 +355,7 @@ def solve(chain, work, rhs, out):
             for k in range(b):
                 f[k] = f[b + k]
                 f[b + k] = 0.0
-        moves = link[n, KIND] != FIXED and not work.held[n]
+        moves = free(link, work, n)
         g = load[n]
         for k in range(b):
             g[k] = f[k]
@@ -343,13 +363,15 @@ def solve(chain, work, rhs, out):
         if moves or link[n, PHI] >= 0:
             joint_vectors(chain, work, n, b, phi_column, q_column)
             row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
-            y = 0.0
+            y = pull = 0.0
+            if link[n, MOTOR] >= 0:
+                pull = work.spring[n, 0] * work.spring[n, 1] * rhs[link[n, MOTOR]]
             if moves:
-                y = rhs[link[n, Q]]
+                y = rhs[link[n, Q]] + pull
                 for k in range(2 * b):
                     y += q_column[k] * g[k]
             if link[n, PHI] >= 0:
-                turn = rhs[link[n, PHI]]
+                turn = rhs[link[n, PHI]] + pull
                 for k in range(2 * b):
                     turn += phi_column[k] * g[k]
                 turn *= row_phi[2 * b]
@@ -372,7 +394,7 @@ def solve(chain, work, rhs, out):
             z[k] = 0.0
         if parent >= 0:
             take_answer(chain, work, n, out, z, r, s, planar)
-        moves = link[n, KIND] != FIXED and not work.held[n]
+        moves = free(link, work, n)
         if moves or link[n, PHI] >= 0:
             joint_vectors(chain, work, n, b, phi_column, q_column)
             row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
@@ -390,6 +412,9 @@ def solve(chain, work, rhs, out):
                 out[link[n, PHI]] = turn
             for k in range(2 * b):
                 z[k] += q_column[k] * y + phi_column[k] * turn
+            motor = link[n, MOTOR]
+            if motor >= 0:
+                out[motor] = work.spring[n, 1] * (rhs[motor] + work.spring[n, 0] * (y + turn))
         if link[n, KIND] != FIXED and not moves:
             out[link[n, Q]] = 0.0
         # f holds (node, node before, A)

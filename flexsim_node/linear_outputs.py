@@ -96,7 +96,7 @@ def output(model: Model, asked: str) -> tuple[list[str], int, Placed]:
             )
         chosen = [k for k, name in enumerate(model.scene.joint_names) if place in ("", name)]
         names = [f"{kind}/{model.scene.joint_names[k]}" for k in chosen]
-        return names, order, lambda x: shown(model, x)[chosen]
+        return names, order, lambda x: model.shown(x)[chosen]
     view, work = Observation(model), workspace(model.chain)
     if what == "tip":
         links = [link.name for link in model.scene.links]
@@ -123,11 +123,3 @@ def output(model: Model, asked: str) -> tuple[list[str], int, Placed]:
 
     letters = DISPLACEMENTS if bent else AXES
     return [f"{before}/{letter}" for before in prefix for letter in letters], order, placed
-
-
-def shown(model: Model, x: np.ndarray) -> np.ndarray:
-    """(m,) joint coordinates as the encoders show them."""
-    found = x[: model.joints].copy()
-    own = np.flatnonzero(model.turn >= 0)
-    found[own] += x[model.turn[own]]
-    return found

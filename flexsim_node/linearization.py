@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, eigh, expm
 
 from .assembly import Assembly
-from .linear_outputs import linear_outputs, shown
+from .linear_outputs import linear_outputs
 from .model import Model, build_model
 from .schema import Scene
 from .simulation import joint_index
@@ -195,7 +195,8 @@ def linearize(
     fixed = sorted({joint_index(scene, name) for name in held})
     model = build_model(scene, driven=tuple(held))
     q = check_position(scene, position)
-    moving = np.setdiff1d(np.arange(model.unknowns), fixed)
+    turned = model.turned
+    moving = np.setdiff1d(np.arange(model.unknowns), turned[fixed])
     motors = np.setdiff1d(np.flatnonzero(model.actuated), fixed)
     ways = np.eye(model.unknowns)[:, moving]  # how all unknowns move with the states
     if scene.loops:
@@ -206,7 +207,7 @@ def linearize(
         stiffness = assembly.stiffness(x0, push)
     else:
         x0 = rest_shape(model, q)
-        torque = -forces(model, x0)[: model.joints]
+        torque = -forces(model, x0)[turned]
         stiffness = stiffness_matrix(model, x0)
     stiffness = ways.T @ stiffness @ ways
     mass = ways.T @ mass_matrix(model, x0) @ ways
@@ -228,7 +229,7 @@ def linearize(
         (*states, *(f"{name}_rate" for name in states)),
         tuple(f"torque/{name}" for name in inputs),
         names,
-        shown(model, x0),
+        model.shown(x0),
         torque[motors],
         np.concatenate([x0[moving], np.zeros(n)]),
         output,
@@ -253,8 +254,8 @@ def state_space(
 
 def torque_directions(model: Model) -> np.ndarray:
     """(n, m) generalized force of a unit torque of each motor."""
-    directions = np.eye(model.unknowns)[:, : model.joints]
-    own = np.flatnonzero(model.turn >= 0)
+    directions = np.eye(model.unknowns)[:, model.turned]
+    own = np.flatnonzero((model.turn >= 0) & (model.motor < 0))
     directions[model.turn[own], own] = 1.0
     return directions
 
@@ -266,6 +267,8 @@ def unknown_names(model: Model) -> list[str]:
         names[k] = joint
         if model.turn[k] >= 0:
             names[model.turn[k]] = f"{joint}/turn"
+        if model.motor[k] >= 0:
+            names[k], names[model.motor[k]] = f"{joint}/link", joint
     for node, row in enumerate(model.chain.unknown):
         for dof, k in zip(model.chain.dofs, row, strict=True):
             if k >= 0:

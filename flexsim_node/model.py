@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from . import spatial_beam
 from .beam import (
@@ -52,6 +53,9 @@ class Model:
     joint_links : (m,) link at whose start each joint sits
     actuated : (m,) bool, which joints have a motor
     turn : (m,) unknown of the joint's own elastic rotation, or -1 (joint angle = q + that)
+    motor : (m,) unknown of the motor's angle where a spring stands between it and the link, or -1
+    zeroed : for each link the zeroed dofs, (node, dof) to a direction (6,) in beam axes
+    limits : (6, 2) where the validity watch warns and stops
     """
 
     scene: Scene
@@ -65,11 +69,29 @@ class Model:
     joint_links: np.ndarray
     turn: np.ndarray
     actuated: np.ndarray
+    motor: np.ndarray
+    zeroed: list[dict[tuple[int, int], np.ndarray]]
+    limits: np.ndarray
 
     @property
-    def elastic(self) -> int:
-        """Number of free elastic dofs."""
-        return self.unknowns - self.joints
+    def swings(self) -> bool:
+        """Whether joint coordinates are other than the motors' angles, so that J_0 changes."""
+        return any(node > 0 for directions in self.zeroed for node, _ in directions)
+
+    @property
+    def turned(self) -> np.ndarray:
+        """(m,) unknowns that the motors turn: joint coordinates, or the angles of motors behind springs."""
+        return np.where(self.motor >= 0, self.motor, np.arange(self.joints))
+
+    def shown(self, y: np.ndarray) -> np.ndarray:
+        """(m,) what the motors' encoders show of the unknowns y (n,), or of their rates.
+
+        That is the motor's own angle where a spring follows, else the joint's, with its elastic rotation.
+        """
+        own = np.flatnonzero((self.turn >= 0) & (self.motor < 0))
+        found = y[self.turned]
+        found[own] += y[self.turn[own]]
+        return found
 
 
 def is_planar(scene: Scene) -> bool:
@@ -97,6 +119,54 @@ def is_planar(scene: Scene) -> bool:
     )
 
 
+def stiffening(scene: Scene) -> bool:
+    """Whether spin softens and stiffens the links: one effect, which needs the axial force."""
+    return scene.effects.centrifugal and scene.effects.axial
+
+
+def watch_limits(scene: Scene) -> np.ndarray:
+    """(6, 2) of the scene's validity: warn and stop, infinite where there is none."""
+    v = scene.validity
+    rows = [v.elastic_rotation, v.spin_ratio, v.axial_load, v.correction, v.erls_condition, v.mass_condition]
+    limits = np.array([[np.inf if x is None else x for x in (row.warn, row.stop)] for row in rows])
+    if stiffening(scene):
+        limits[1], limits[2, 1] = np.inf, np.inf
+    return limits
+
+
+def slender_limits(scene: Scene, link: Link, beyond: float, planar: bool) -> tuple[float, float]:
+    """First bending frequency (rad/s) and buckling load (N) of a link as a cantilever; zero for a rigid one.
+
+    `beyond` is the mass (kg) at its end.  The frequency is the root of
+    1 + cos k cosh k + mu k (cos k sinh k - sin k cosh k) = 0 with mu = beyond / mass
+    (Blevins, Formulas for Natural Frequency and Mode Shape, 1979,
+    table 8-8), the load pi^2 E I / (4 L^2); both with the weaker of the bendings that are on.
+    """
+    effects, beam = scene.effects, link.beam
+    bends_y = effects.bending_y and not planar
+    if beam is None or not link.flexible or not (bends_y or effects.bending_z):
+        return 0.0, 0.0
+    s = section(beam)
+    weaker = min(i for i, on in ((s.iz, effects.bending_z), (s.iy, bends_y)) if on)
+    mass = beam.density * s.area * link.length
+    mu = beyond / mass
+
+    def characteristic(k: float) -> float:
+        c, h, sn, sh = np.cos(k), np.cosh(k), np.sin(k), np.sinh(k)
+        return float(1.0 + c * h + mu * k * (c * sh - sn * h))
+
+    k = brentq(characteristic, 1e-6, 1.8752)
+    rigidity = beam.youngs_modulus * weaker
+    load = np.pi**2 * rigidity / (4.0 * link.length**2) if effects.axial else 0.0
+    return float(k**2 * np.sqrt(rigidity / (mass * link.length**3))), load
+
+
+def link_mass(link: Link) -> float:
+    """Mass of a link with its bodies, kg."""
+    own = link.beam.density * section(link.beam).area * link.length if link.beam else 0.0
+    return own + sum(body.mass for body in (link.rigid, link.payload) if body)
+
+
 def element_row(scene: Scene, link: Link, n: int, length: float, flexible: bool) -> np.ndarray:
     """Column values of element n of a link (see beam.py)."""
     row = np.zeros(COLUMNS)
@@ -122,7 +192,7 @@ def element_row(scene: Scene, link: Link, n: int, length: float, flexible: bool)
         phi_z = 12.0 * beam.youngs_modulus * s.iz / (shear_modulus * s.shear_area_y * length**2)
         phi_y = 12.0 * beam.youngs_modulus * s.iy / (shear_modulus * s.shear_area_z * length**2)
         row[SHEAR_Z], row[SHEAR_Y] = phi_z / (1.0 + phi_z), phi_y / (1.0 + phi_y)
-    row[STIFFENING] = 1.0 if effects.centrifugal and effects.axial else 0.0
+    row[STIFFENING] = 1.0 if stiffening(scene) else 0.0
     return row
 
 
@@ -164,9 +234,7 @@ def follow(dofs: list[int], comp: int, length: float) -> np.ndarray:
     return row
 
 
-def build_model(
-    scene: Scene, planar: bool | None = None, driven: tuple[str, ...] = ()
-) -> Model:
+def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...] = ()) -> Model:
     """Build the arrays of a scene's equations.
 
     Parameters
@@ -186,8 +254,8 @@ def build_model(
     b = len(dofs)
     both = dofs + [6 + k for k in dofs]
     links = len(scene.links)
-    link_table = np.zeros((links, 9), dtype=np.int64)
-    joint_table = np.zeros((links, 12))
+    link_table = np.zeros((links, 10), dtype=np.int64)
+    joint_table = np.zeros((links, 16))
     rotation = np.zeros((links, 3, 3, 3))
     axes = np.zeros((links, 3, 3))
     elements: list[np.ndarray] = []
@@ -203,8 +271,11 @@ def build_model(
     node_names: list[str] = []
     joint_links: list[int] = []
     turns: list[int] = []
+    motors: list[int] = []
     moving = sum(link.joint.type != "fixed" for link in scene.links)
-    unknowns = moving
+    elastic_joints = effects.joint_elasticity and effects.rotor_inertia
+    unknowns = moving + sum(elastic_joints and joint.stiffness is not None for joint in scene.joints)
+    coordinates = unknowns
     zeroed = zeroed_directions(scene, driven)
     spin = np.zeros((3, 3, 3))
     spin[0, 2, 2] = spin[1, 0, 0] = spin[1, 1, 1] = 1.0
@@ -228,7 +299,7 @@ def build_model(
         flexible = link.flexible and link.beam is not None
         count = link.beam.elements if flexible and link.beam else (1 if length > 0.0 else 0)
         first = len(index)
-        q = phi = -1
+        q = phi = motor = -1
         if kind != FIXED:
             q = len(joint_links)
             joint_links.append(n)
@@ -236,7 +307,11 @@ def build_model(
                 phi = unknowns
                 unknowns += 1
             turns.append(phi)
-        link_table[n] = kind, q, phi, first, count, len(elements), parent, len(bodies), 0
+            if elastic_joints and joint.stiffness is not None:
+                motor = moving + sum(k >= 0 for k in motors)
+                joint_table[n, 12:14] = joint.stiffness, joint.damping
+            motors.append(motor)
+        link_table[n] = kind, q, phi, first, count, len(elements), parent, len(bodies), 0, motor
         step = length / count if count else 0.0
         free = [
             flexible and bool(on)
@@ -293,6 +368,13 @@ def build_model(
             body_masses.append(body_mass(matrix)[np.ix_(dofs, dofs)])
             body_nodes.append(first + count)
             link_table[n, 8] += 1
+    beyond = np.zeros(links)
+    for n in range(links - 1, -1, -1):
+        beyond_end = beyond[n] + (scene.links[n].payload.mass if scene.links[n].payload else 0.0)
+        joint_table[n, 14:16] = slender_limits(scene, scene.links[n], beyond_end, planar)
+        if link_table[n, 6] >= 0:
+            beyond[link_table[n, 6]] += beyond[n] + link_mass(scene.links[n])
+    limits = watch_limits(scene)
     gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
     rayleigh = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
     closing, anchor = closing_equations(scene, axes, planar)
@@ -311,7 +393,10 @@ def build_model(
         body_mass=np.array(body_masses).reshape(-1, b, b),
         body_place=np.array(body_nodes, dtype=np.int64),
         place=np.array(places),
-        setting=np.array([*gravity, *rayleigh, 1.0 if at_chords else 0.0]),
+        setting=np.array(
+            [*gravity, *rayleigh, at_chords, effects.coriolis, stiffening(scene), coordinates], dtype=float
+        ),
+        limit=limits[:4].copy(),
         closing=closing,
         anchor=anchor,
     )
@@ -329,6 +414,9 @@ def build_model(
         joint_links=np.array(joint_links, dtype=np.int64),
         turn=np.array(turns, dtype=np.int64),
         actuated=np.array([joint.actuated for joint in scene.joints]),
+        motor=np.array(motors, dtype=np.int64),
+        zeroed=zeroed,
+        limits=limits,
     )
     condition = erls_condition(chain, zeroed, scene.start("position"))
     if not condition < CONDITION_LIMIT:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh, solve_triangular
 
 from .assembly import Assembly
 from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, bending_stiffness
@@ -13,8 +13,8 @@ from .chain import workspace
 from .model import Model, build_model, element_row
 from .observation import Observation
 from .schema import Erls, Scene
-from .statics import check_position, rest_shape, unknowns_at
-from .tangent import differences, elastic_stiffness, mass_matrix, stiffness_matrix
+from .statics import check_position, joint_motion, rest_shape, unknowns_at
+from .tangent import damping_matrix, differences, elastic_stiffness, mass_matrix, stiffness_matrix
 
 KINDS = ("axial", "torsion", "bending_y", "bending_z")
 
@@ -58,7 +58,11 @@ class Modes:
 
 
 def natural_frequencies(
-    scene: Scene, position: np.ndarray | list, locked: bool = True, loaded: bool = False
+    scene: Scene,
+    position: np.ndarray | list,
+    locked: bool = True,
+    loaded: bool = False,
+    velocity: np.ndarray | list | None = None,
 ) -> np.ndarray:
     """Undamped natural frequencies, Hz, in rising order.
 
@@ -69,6 +73,9 @@ def natural_frequencies(
         actuated joints are held or free, the passive ones always follow
     loaded : about the static equilibrium under gravity, with the stiffness of its loads (then free joints
         may swing; what falls over counts as zero), instead of about the undeformed robot
+
+    velocity : (m,) steady rates of the locked joints, rad/s: the frequencies about the steady shape at that
+        spin, with gyroscopic forces, softening and stiffening
 
     Bending, torsion and extension in space count, also where the scene's motion is planar.
 
@@ -83,6 +90,13 @@ def natural_frequencies(
     """
     model = spatial_model(scene)
     places = np.asarray(position, dtype=float)
+    if velocity is not None:
+        rates = check_position(scene, velocity)
+        if not locked or scene.loops:
+            raise ValueError(f"{scene.name}: a velocity is that of locked joints of open chains")
+        if places.ndim == 2:
+            return np.array([spinning_frequencies(model, at, rates) for at in places])
+        return spinning_frequencies(model, places, rates)
     if places.ndim == 2:
         return np.array([frequencies_at(model, at, locked, loaded) for at in places])
     return frequencies_at(model, places, locked, loaded)
@@ -94,8 +108,26 @@ def frequencies_at(model: Model, position: np.ndarray, locked: bool, loaded: boo
     if model.scene.loops:
         squared, _ = closed_modes(model, x, mass, stiffness, locked)
         return np.sqrt(squared) / (2.0 * np.pi)
-    squared = eigenvalues(mass, stiffness, model.joints, locked, loaded)
+    squared = eigenvalues(mass, stiffness, model.turned, locked, loaded)
     return np.sqrt(squared) / (2.0 * np.pi)
+
+
+def spinning_frequencies(model: Model, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Frequencies (n,) about the steady shape with the joints at a constant velocity (m,), without losses."""
+    x = rest_shape(model, check_position(model.scene, position), velocity)
+    v = joint_motion(model, velocity)
+    rest = np.setdiff1d(np.arange(model.unknowns), model.turned)
+    block = np.ix_(rest, rest)
+    gyroscopic = damping_matrix(model, x, v)[block]
+    gyroscopic = 0.5 * (gyroscopic - gyroscopic.T)
+    mass, stiffness = mass_matrix(model, x)[block], stiffness_matrix(model, x, v)[block]
+    # (s^2 M + s G + K) y = 0 in the coordinates of M's square root
+    root = np.linalg.cholesky(mass)
+    k = solve_triangular(root, solve_triangular(root, stiffness, lower=True).T, lower=True)
+    g = solve_triangular(root, solve_triangular(root, gyroscopic, lower=True).T, lower=True).T
+    n = len(rest)
+    found = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-k, -g]]))
+    return np.sort(np.abs(found.imag))[1::2] / (2.0 * np.pi)
 
 
 def mode_shapes(
@@ -117,12 +149,13 @@ def mode_shapes(
     if scene.loops:
         squared, vectors = (part[..., :count] for part in closed_modes(model, x, mass, stiffness, locked))
     else:
-        m = model.joints
-        squared = eigenvalues(mass, stiffness, m, locked, loaded)[:count]
-        kept = slice(m, None) if locked else slice(None)
+        held = model.turned
+        squared = eigenvalues(mass, stiffness, held, locked, loaded)[:count]
+        kept = np.setdiff1d(np.arange(model.unknowns), held if locked else [])
         vectors = np.zeros((model.unknowns, len(squared)))
         if len(squared):
-            vectors[kept] = eigh(stiffness[kept, kept], mass[kept, kept])[1][:, : len(squared)]
+            block = np.ix_(kept, kept)
+            vectors[kept] = eigh(stiffness[block], mass[block])[1][:, : len(squared)]
     view, work = Observation(model), workspace(model.chain)
 
     def seen(at: np.ndarray) -> np.ndarray:
@@ -200,16 +233,19 @@ def closed_modes(
     return np.maximum(squared, 0.0), ways @ shapes
 
 
-def eigenvalues(mass: np.ndarray, stiffness: np.ndarray, m: int, locked: bool, loaded: bool) -> np.ndarray:
-    """(n,) squared angular frequencies, rising; never negative."""
-    if len(mass) == m:
-        return np.zeros(0 if locked else m)
-    held = squared_frequencies(mass[m:, m:], stiffness[m:, m:], 0.0)
+def eigenvalues(
+    mass: np.ndarray, stiffness: np.ndarray, held: np.ndarray, locked: bool, loaded: bool
+) -> np.ndarray:
+    """(n,) squared angular frequencies, rising, never negative; `held` are the unknowns that motors turn."""
+    if len(mass) == len(held):
+        return np.zeros(0 if locked else len(held))
+    rest = np.setdiff1d(np.arange(len(mass)), held)
+    fixed = squared_frequencies(mass[np.ix_(rest, rest)], stiffness[np.ix_(rest, rest)], 0.0)
     if locked:
-        return held
-    free = squared_frequencies(mass, stiffness, held[0])
+        return fixed
+    free = squared_frequencies(mass, stiffness, fixed[0])
     if not loaded:
-        free[:m] = 0.0  # the joints turn freely, whatever rounding makes of it
+        free[: len(held)] = 0.0  # the joints turn freely, whatever rounding makes of it
     return np.maximum(free, 0.0)
 
 

@@ -20,16 +20,18 @@ from .beam import (
     hermite_transpose,
     middle_rotation,
     quadratic_mass,
+    shift,
     squared_slope,
 )
 from .kernel import kernel
 
 
 @kernel
-def inertia_force(e, frame, d, v, a, i, alpha, force, wrench):
+def inertia_force(e, frame, d, v, a, i, alpha, coriolis, spin, force, wrench):
     """Add the element's inertia forces to the nodal forces and to the link's wrench (fx, fy, mz).
 
-    frame is as in space: omega (0:3), acceleration of the link's origin (3:6), angular (6:9).
+    frame, coriolis and spin are as in space: omega (0:3), acceleration of the link's origin (3:6), angular
+    (6:9).
     """
     length, s, mass = e[LENGTH], e[SHEAR_Z], e[MASS]
     omega, turn = frame[2], frame[8]
@@ -37,18 +39,27 @@ def inertia_force(e, frame, d, v, a, i, alpha, force, wrench):
     d0, d1, v0, v1, a0, a1 = d[i - 1], d[i], v[i - 1], v[i], a[i - 1], a[i]
     stretch = length + d1[0] - d0[0]
     x0, x2 = e[START] + d0[0], e[START] + length + d1[0]
+    p0, p2, f0, f2 = v0[0], v1[0], a0[0], a1[0]
+    stiffened = e[STIFFENING] > 0.0
+    if stiffened:
+        moved = shift(e, d0[2], d1[2])
+        x0, x2 = x0 + moved, x2 + moved
+        moved = length * (d1[2] * v1[2] - d0[2] * v0[2]) / 12.0
+        p0, p2 = p0 + moved, p2 + moved
+        moved = length * (d1[2] * a1[2] - d0[2] * a0[2] + v1[2] * v1[2] - v0[2] * v0[2]) / 12.0
+        f0, f2 = f0 + moved, f2 + moved
     y0, y1, y2, y3 = hermite(d0[1], d0[2], d1[1], d1[2], length, s)
     p1 = v1[0] - v0[0]
     q0, q1, q2, q3 = hermite(v0[1], v0[2], v1[1], v1[2], length, s)
     f1 = a1[0] - a0[0]
     h0, h1, h2, h3 = hermite(a0[1], a0[2], a1[1], a1[2], length, s)
-    two = 2.0 * omega
-    fx0 = frame[3] - square * x0 - turn * y0 - two * q0 + a0[0] + alpha * v0[0]
-    fx2 = frame[3] - square * x2 - turn * y2 - two * q2 + a1[0] + alpha * v1[0]
+    two = 2.0 * omega if coriolis else 0.0
+    fx0 = frame[3] - square * x0 - turn * y0 - two * q0 + f0 + alpha * p0
+    fx2 = frame[3] - square * x2 - turn * y2 - two * q2 + f2 + alpha * p2
     fx1 = -square * stretch - turn * y1 - two * q1 + f1 + alpha * p1
     fx3 = -square * stretch - turn * y3 - two * q3 + f1 + alpha * p1
-    fy0 = frame[4] - square * y0 + turn * x0 + two * v0[0] + h0 + alpha * q0
-    fy2 = frame[4] - square * y2 + turn * x2 + two * v1[0] + h2 + alpha * q2
+    fy0 = frame[4] - square * y0 + turn * x0 + two * p0 + h0 + alpha * q0
+    fy2 = frame[4] - square * y2 + turn * x2 + two * p2 + h2 + alpha * q2
     fy1 = -square * y1 + turn * stretch + two * p1 + h1 + alpha * q1
     fy3 = -square * y3 + turn * stretch + two * p1 + h3 + alpha * q3
     gx0, gx1, gx2, gx3 = hermite_mass(mass, fx0, fx1, fx2, fx3)
@@ -56,6 +67,17 @@ def inertia_force(e, frame, d, v, a, i, alpha, force, wrench):
     wrench[0] += gx0 + gx2
     wrench[1] += gy0 + gy2
     moment = x0 * gy0 + stretch * (gy1 + gy3) + x2 * gy2 - y0 * gx0 - y1 * gx1 - y2 * gx2 - y3 * gx3
+    if not spin:
+        # on the elastic displacement acts the centrifugal force of the rest shape alone
+        x1 = d1[0] - d0[0]
+        k0, k1, k2, k3 = hermite_mass(mass, d0[0], x1, d1[0], x1)
+        j0, j1, j2, j3 = hermite_mass(mass, y0, y1, y2, y3)
+        gx0, gx1, gx2, gx3 = gx0 + square * k0, gx1 + square * k1, gx2 + square * k2, gx3 + square * k3
+        gy0, gy1, gy2, gy3 = gy0 + square * j0, gy1 + square * j1, gy2 + square * j2, gy3 + square * j3
+    if stiffened:
+        pull = length * (gx0 + gx2) / 12.0
+        force[i - 1, 2] -= pull * d0[2]
+        force[i, 2] += pull * d1[2]
     force[i - 1, 0] += gx0 - gx1 - gx3
     force[i, 0] += gx2 + gx1 + gx3
     w1, t1, w2, t2 = hermite_transpose(gy0, gy1, gy2, gy3, length, s)
@@ -80,6 +102,9 @@ def inertia_force(e, frame, d, v, a, i, alpha, force, wrench):
             -square - turn * m2 - two * r2,
         )
         moment -= m0 * gy0 + m1 * gy1 + m2 * gy2 + gx0 + gx1 + gx2
+        if not spin:
+            k0, k1, k2 = quadratic_mass(j, m0, m1, m2)
+            gx0, gx1, gx2 = gx0 - square * k0, gx1 - square * k1, gx2 - square * k2
         middle = 1.5 * (1.0 - s) * gx1 / length
         w1 += middle
         w2 -= middle
@@ -91,6 +116,17 @@ def inertia_force(e, frame, d, v, a, i, alpha, force, wrench):
     force[i, 1] += w2
     force[i, 2] += t2
     wrench[2] += moment
+
+
+@kernel
+def axial_force(e, d, i):
+    """Tension of the element, N."""
+    p, r = d[i - 1], d[i]
+    tension = e[AXIAL] * (r[0] - p[0])
+    if e[STIFFENING] > 0.0:
+        mean, _, _, _, _ = squared_slope(p[1], p[2], r[1], r[2], e[LENGTH], e[SHEAR_Z])
+        tension += 0.5 * e[AXIAL] * e[LENGTH] * mean
+    return tension
 
 
 @kernel
@@ -149,6 +185,11 @@ def inertia_coupling(e, d, i, coupling, inertia):
     d0, d1 = d[i - 1], d[i]
     stretch = length + d1[0] - d0[0]
     x0, x2 = e[START] + d0[0], e[START] + length + d1[0]
+    turn0 = turn2 = 0.0
+    if e[STIFFENING] > 0.0:
+        moved = shift(e, d0[2], d1[2])
+        x0, x2 = x0 + moved, x2 + moved
+        turn0, turn2 = -length * d0[2] / 12.0, length * d1[2] / 12.0
     y0, y1, y2, y3 = hermite(d0[1], d0[2], d1[1], d1[2], length, s)
     qx0, qx1, qx2, qx3 = hermite_mass(mass, x0, stretch, x2, stretch)
     qy0, qy1, qy2, qy3 = hermite_mass(mass, y0, y1, y2, y3)
@@ -179,18 +220,35 @@ def inertia_coupling(e, d, i, coupling, inertia):
     coupling[1, 0] = 0.0
     coupling[1, 1] = half
     coupling[1, 2] = w1
-    coupling[2, 0] = 0.0
+    coupling[2, 0] = turn0 * mass
     coupling[2, 1] = twelfth
-    coupling[2, 2] = t1
+    coupling[2, 2] = t1 - turn0 * (qy0 + qy2)
     coupling[3, 0] = half
     coupling[3, 1] = 0.0
     coupling[3, 2] = -(qy2 + qy1 + qy3)
     coupling[4, 0] = 0.0
     coupling[4, 1] = half
     coupling[4, 2] = w2
-    coupling[5, 0] = 0.0
+    coupling[5, 0] = turn2 * mass
     coupling[5, 1] = -twelfth
-    coupling[5, 2] = t2
+    coupling[5, 2] = t2 - turn2 * (qy0 + qy2)
+
+
+@kernel
+def shift_mass(e, d, i, w):
+    """Add what the shift of the element's mass adds to its mass matrix to w (6, 6), upper triangle.
+
+    w is ordered (node i, node i - 1).
+    """
+    half = 0.5 * e[MASS]
+    turn2, turn0 = e[LENGTH] * d[i, 2] / 12.0, -e[LENGTH] * d[i - 1, 2] / 12.0
+    w[0, 2] += half * turn2
+    w[0, 5] += half * turn0
+    w[2, 3] += half * turn2
+    w[3, 5] += half * turn0
+    w[2, 2] += e[MASS] * turn2 * turn2
+    w[2, 5] += e[MASS] * turn2 * turn0
+    w[5, 5] += e[MASS] * turn0 * turn0
 
 
 @kernel

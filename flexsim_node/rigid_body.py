@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .kernel import kernel
+from .spatial_beam import leave_out_softening
 
 
 def pseudo_inertia(mass: float, center: np.ndarray, inertia: np.ndarray) -> np.ndarray:
@@ -42,11 +43,22 @@ def spread(g, force):
 
 
 @kernel
-def inertia_force(mass, x, frame, d, v, a, alpha, force, wrench, t):
+def products(mass, c, out):
+    """out = mass c, (4, 4) times (4, 3)."""
+    for j in range(4):
+        for k in range(3):
+            total = 0.0
+            for n in range(4):
+                total += mass[j, n] * c[n, k]
+            out[j, k] = total
+
+
+@kernel
+def inertia_force(mass, x, frame, d, v, a, alpha, coriolis, spin, force, wrench, t):
     """Add the body's inertia forces to the nodal force (6,) and the link's wrench (6,).
 
-    mass is the (4, 4) matrix, x the node's place on the link; d, v, a are nodal rows (6,); frame as in
-    spatial_beam, alpha Rayleigh's mass coefficient; t is scratch (24, 3).
+    mass is the (4, 4) matrix, x the node's place on the link; d, v, a are nodal rows (6,); frame,
+    coriolis and spin as in spatial_beam, alpha Rayleigh's mass coefficient; t is scratch (30, 3).
     """
     c, cv, ca, g = t[0:4], t[4:8], t[8:12], t[12:16]
     body_vectors(d, x, 1.0, c)
@@ -56,24 +68,25 @@ def inertia_force(mass, x, frame, d, v, a, alpha, force, wrench, t):
         for p in range(3):
             q, r = (p + 1) % 3, (p + 2) % 3
             ca[k, p] += alpha * cv[k, p]
-            spin = frame[q] * c[k, r] - frame[r] * c[k, q]
+            across = frame[q] * c[k, r] - frame[r] * c[k, q]
             ca[k, p] += frame[6 + q] * c[k, r] - frame[6 + r] * c[k, q]
-            ca[k, p] += 2.0 * (frame[q] * cv[k, r] - frame[r] * cv[k, q])
-            ca[k, q] += frame[r] * spin
-            ca[k, r] -= frame[q] * spin
+            if coriolis:
+                ca[k, p] += 2.0 * (frame[q] * cv[k, r] - frame[r] * cv[k, q])
+            ca[k, q] += frame[r] * across
+            ca[k, r] -= frame[q] * across
     for k in range(3):
         ca[0, k] += frame[3 + k]
-    for j in range(4):
-        for k in range(3):
-            total = 0.0
-            for n in range(4):
-                total += mass[j, n] * ca[n, k]
-            g[j, k] = total
+    products(mass, ca, g)
     for k in range(3):
         p, q = (k + 1) % 3, (k + 2) % 3
         wrench[k] += g[0, k]
         for j in range(4):
             wrench[3 + k] += c[j, p] * g[j, q] - c[j, q] * g[j, p]
+    if not spin:
+        body_vectors(d, x, 0.0, c)
+        h = t[16:20]
+        products(mass, c, h)
+        leave_out_softening(frame, h, 4, g)
     spread(g, force)
 
 
@@ -83,12 +96,7 @@ def inertia_coupling(mass, x, d, coupling, inertia, t):
     coupling[:] = 0.0
     c, q, g = t[0:4], t[4:8], t[8:12]
     body_vectors(d, x, 1.0, c)
-    for j in range(4):
-        for k in range(3):
-            total = 0.0
-            for n in range(4):
-                total += mass[j, n] * c[n, k]
-            q[j, k] = total
+    products(mass, c, q)
     for k in range(3):
         p, r = (k + 1) % 3, (k + 2) % 3
         inertia[k, k] += mass[0, 0]

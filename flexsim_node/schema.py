@@ -73,7 +73,11 @@ class DenavitHartenberg(_Part):
 
 
 class Joint(_Part):
-    """The joint at a link's start; q adds to theta or to d."""
+    """The joint at a link's start; q adds to theta or to d.
+
+    stiffness (N m/rad or N/m) and damping stand between motor and link; rotor_inertia, friction and torque
+    act on the motor.
+    """
 
     name: str = ""
     type: Literal["fixed", "revolute", "prismatic"] = "revolute"
@@ -88,14 +92,19 @@ class Joint(_Part):
     damping: NotNegative = 0.0
 
     @model_validator(mode="after")
-    def _simulated(self) -> Joint:
-        for key, value in (("stiffness", self.stiffness), ("damping", self.damping or None)):
-            if value is not None:
-                raise Misplaced(
-                    (key,),
-                    f"is {value:g}, but a joint's elasticity is not simulated yet; leave it out"
-                    " (viscous_friction is simulated)",
-                )
+    def _elastic(self) -> Joint:
+        if self.stiffness is None and self.damping > 0.0:
+            raise Misplaced(
+                ("damping",),
+                f"is {self.damping:g} without a stiffness; give the spring between motor and link too,"
+                " or viscous_friction for the motor's losses",
+            )
+        if self.stiffness is not None and self.rotor_inertia == 0.0:
+            raise Misplaced(
+                ("stiffness",),
+                f"is {self.stiffness:g}, but behind a spring the motor moves on its own; give its"
+                " rotor_inertia",
+            )
         return self
 
 
@@ -353,10 +362,56 @@ class Effects(_Part):
     bending_z: Switch = True
     shear: Switch = False
     rotary_inertia: Switch = True
+    coriolis: Switch = True
     centrifugal: Switch = True
     damping: Switch = True
     joint_friction: Switch = True
     rotor_inertia: Switch = True
+    joint_elasticity: Switch = True
+
+
+class Limits(_Part):
+    """Beyond `warn` a run says so; beyond `stop` it ends with the last good state."""
+
+    warn: Positive | None = None
+    stop: Positive | None = None
+
+    @model_validator(mode="after")
+    def _rising(self) -> Limits:
+        if self.warn is not None and self.stop is not None and self.warn > self.stop:
+            raise Misplaced(("warn",), f"is {self.warn:g}, above stop = {self.stop:g}; give a smaller one")
+        return self
+
+
+def _limits(warn: float | None, stop: float | None) -> Any:
+    """Limits with defaults, of which a scene may give one or both."""
+
+    def filled(given: Any) -> Any:
+        if not isinstance(given, dict):
+            return given
+        least = given.get("stop")
+        # a stop below the usual warning is meant to stand alone
+        alone = isinstance(least, (int, float)) and warn is not None and least < warn
+        return {"warn": None if alone else warn, "stop": stop, **given}
+
+    return Annotated[Limits, BeforeValidator(filled), Field(default=Limits(warn=warn, stop=stop))]
+
+
+class Validity(_Part):
+    """How far a motion may go from what its equations hold for.
+
+    elastic_rotation (rad) from the rigid links; correction (m or rad) that a step's last iteration made;
+    erls_condition and mass_condition.  spin_ratio (spin over the first bending frequency of a link with what
+    it carries) stops a run where `centrifugal` is off; axial_load (over the buckling load) warns, and stops
+    where `centrifugal` is off.
+    """
+
+    elastic_rotation: _limits(0.1, 0.5)
+    spin_ratio: _limits(0.3, 1.0)
+    axial_load: _limits(0.5, 1.0)
+    correction: _limits(None, None)
+    erls_condition: _limits(1e3, 1e8)
+    mass_condition: _limits(1e8, 1e14)
 
 
 class Solver(_Part):
@@ -380,6 +435,7 @@ class Scene(_Part):
     erls: Erls = Erls()
     initial: Initial = Initial()
     effects: Effects = Effects()
+    validity: Validity = Validity()
     solver: Solver = Solver()
     sensors: tuple[Sensor, ...] = ()
 
@@ -459,6 +515,13 @@ class Scene(_Part):
                 raise Misplaced(
                     ("initial", key), f"has {len(given)} values for {m} moving joints{those}; give {some}"
                 )
+        if self.loops:
+            for n, link in enumerate(self.links):
+                if link.joint.stiffness is not None and link.joint.type != "fixed":
+                    raise Misplaced(
+                        ("links", n, "joint", "stiffness"),
+                        f"is {link.joint.stiffness:g}, but with loops joints are stiff; leave it out",
+                    )
         for n, loop in enumerate(self.loops):
             for i, name in enumerate(loop.links):
                 if name not in (BASE, *names):

@@ -283,10 +283,10 @@ def sense(chain, work, integers, reals, axes, pose, x, v, a, whole, torque, rhs,
                     out[k] += pose[n, 3 + 3 * k + p] * c[p]
             orientation(axes[n], pose[n], turn, work.scratch[3:9], out[3:7])
         else:
-            alpha, beta = chain.setting[ALPHA], chain.setting[BETA]
+            beta = chain.setting[BETA]
             if m >= 0:
                 section_forces(
-                    e, frame, rows, rates, accelerations, alpha, beta, xi, t, load, work.scratch, resultant
+                    e, frame, rows, rates, accelerations, chain.setting, xi, t, load, work.scratch, resultant
                 )
             if kind == STRAIN_GAUGE:
                 out[0] = strain(e, integers[s, STRAINED:], reals[s, Y], reals[s, Z], resultant)

@@ -9,13 +9,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .acceleration import OK
+from .acceleration import NOT_VALID, OK
 from .integrators.adaptive import Adaptive
 from .scene import Scene
 from .simulation import Simulation, joint_index
 
 Torque = Callable[[float], np.ndarray] | np.ndarray | None
+Wrench = Mapping[str, Callable[[float], np.ndarray]]
 Motion = Mapping[str, Callable[[float], tuple[float, float, float]]]
+
+LOOK_PERIOD = 0.1  # s between looks at the conditions of J_0 and of the mass matrix
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,8 @@ class Run:
     conditioning : (K,) how well the actuated joints guide the passive ones, the least since the sample
         before: at most 1, 0 at a singular configuration
     step_time : s of wall-clock for each step
+    validity : the largest of each figure of the validity watch, by name
+    warnings : what passed a limit of the scene's `validity` without ending the run, a sentence each
     status : "ok", or the reason why the run ended before its time (its samples end there too)
     node_names : (N,) link/number
     sensors : name of each of the scene's sensors to its readings, (K,) strain, (K, 10) imu, (K, 7) pose,
@@ -53,6 +58,8 @@ class Run:
     loop_gap: np.ndarray
     conditioning: np.ndarray
     step_time: np.ndarray
+    validity: dict[str, float]
+    warnings: tuple[str, ...]
     status: str
     node_names: tuple[str, ...]
     sensors: dict[str, np.ndarray] = field(default_factory=dict)
@@ -64,6 +71,7 @@ def simulate(
     duration: float = 1.0,
     sample_period: float | None = None,
     prescribed: Motion | None = None,
+    wrench: Wrench | None = None,
 ) -> Run:
     """Simulate a scene for `duration` seconds, as fast as it goes.
 
@@ -72,6 +80,8 @@ def simulate(
     torque : None, a callable t -> (m,), or an array (K, m) held between samples; zero at passive joints
     sample_period : s between samples; the scene's step where None.  Steps are as long as the scene says,
         shortened so that a whole number of them makes a period
+    wrench : link name to a callable t -> (6,), force (N) and moment (N m) on that link's end along the axes
+        of its frame; `base:` before the name takes the base's axes.  Over a step it is that of its middle
     prescribed : joint name to a callable t -> (position, velocity, acceleration) that the joint follows
 
     Raises
@@ -92,21 +102,29 @@ def simulate(
     m = robot.model.joints
     applied = _torque_function(torque, m, period, robot)
     motion = _motion_function(scene, prescribed, robot)
+    loads = [(name.removeprefix("base:"), name.startswith("base:"), f) for name, f in (wrench or {}).items()]
+
+    def load(t: float) -> None:
+        for name, base, given in loads:
+            robot.apply(name, given(t), base)
+
     robot.motion[:] = motion(0.0)
-    held = [joint_index(scene, name) for name in prescribed]
     trouble = ""
-    for k in held:
-        robot.x[k], robot.v[k] = robot.motion[0, 0, k], robot.motion[0, 1, k]
-    if held and robot.assembly is not None:
-        robot.assemble()
+    if prescribed:
+        robot.follow_motion()
+        if robot.assembly is not None:
+            robot.assemble()
     adaptive = None
     if robot.advance is None:
         smooth = not isinstance(torque, np.ndarray)
-        adaptive = Adaptive(robot.model, robot.work, robot.method, applied, motion, smooth)
+        adaptive = Adaptive(robot.model, robot.work, robot.method, applied, motion, load, smooth)
     else:
         robot.torque[:] = applied(0.0)
         robot.prepare()
         robot.warm()
+    load(0.0)
+    robot.watch.clear()
+    next_look = 0.0
     view = robot.look()
     nodes, links = len(view.position), len(view.ends)
     times = period * np.arange(samples)
@@ -142,10 +160,16 @@ def simulate(
                 warned = True
             robot.singularity.worst = 1.0
         kept = k + 1
+        if times[k] >= next_look or k == samples - 1:
+            next_look = times[k] + LOOK_PERIOD
+            if not robot.watch.look(robot.x):
+                robot.status = NOT_VALID
+                break
         if k == samples - 1:
             break
         for n in range(substeps):
             t = times[k] + n * h
+            load(t + 0.5 * h)
             if adaptive is not None:
                 begin = time.perf_counter()
                 status = adaptive.step(robot.x, robot.v, t, h)
@@ -157,7 +181,7 @@ def simulate(
                     robot.torque[1:] = robot.torque[0]
                 else:
                     robot.torque[1], robot.torque[2] = applied(t + 0.5 * h), applied(t + h)
-                if held:
+                if prescribed:
                     robot.motion[0], robot.motion[1] = motion(t), motion(t + 0.5 * h)
                     robot.motion[2] = motion(t + h)
                 if not (np.all(np.isfinite(robot.torque)) and np.all(np.isfinite(robot.motion))):
@@ -188,6 +212,8 @@ def simulate(
         loop_gap[:kept],
         conditioning[:kept],
         step_time[:taken],
+        {finding.name: finding.value for finding in robot.watch.findings()},
+        robot.watch.sentences("warn"),
         reason,
         robot.model.node_names,
         {name: (r[:kept, 0] if r.shape[1] == 1 else r[:kept]) for name, r in readings.items()},

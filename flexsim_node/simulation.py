@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .acceleration import OK, REASONS
+from .acceleration import NOT_VALID, OK, REASONS, drive_joints
 from .assembly import Assembly
 from .binding import STEPPERS, bind
-from .chain import FIXED, KIND, workspace
+from .chain import workspace
 from .energy import energy
 from .integrators import METHODS
 from .model import Model, build_model
@@ -16,6 +16,7 @@ from .scene import Scene, SceneError
 from .sensors import Sensors
 from .singularity import Singularity
 from .statics import rest_shape
+from .validity import ValidityWatch
 
 
 class Simulation:
@@ -52,7 +53,7 @@ class Simulation:
         self.advance = STEPPERS.get(self.method)
         self._bound = bind(self.model.chain, self.work, self.x, self.v, self.torque, self.motion)
         self.option = scene.solver.spectral_radius
-        self._turns = np.flatnonzero(self.model.turn >= 0)
+        self.watch = ValidityWatch(self.model, self.work.validity)
         self.time = 0.0
         self.status = OK
         self.reset()
@@ -63,16 +64,20 @@ class Simulation:
         self.x[:], self.v[:] = 0.0, 0.0
         self.x[:m] = self.scene.start("position")
         self.v[:m] = self.scene.start("velocity")
+        for y in (self.x, self.v):
+            copy_to_motors(self.model, y)
         if self.assembly is not None:
             self.assemble()
             self.singularity = Singularity(self.assembly, self.x)
         elif initial.shape == "static":
             self.x[:] = rest_shape(self.model, self.x[:m])
         self.torque[:] = 0.0
-        self.motion[:, 0], self.motion[:, 1] = self.x[:m], self.v[:m]
+        self.motion[:, 0], self.motion[:, 1] = self.joint_position(), self.joint_velocity()
+        self.apply(None)
         self.time = 0.0
         self.status = OK
         self.prepare()
+        self.watch.clear()
 
     def assemble(self) -> None:
         """Close the loops by moving passive joints, and let the robot come to rest where the scene says so.
@@ -107,7 +112,7 @@ class Simulation:
         """Compile (or load) everything a step needs, leaving the state as it is."""
         if self.advance is None:
             return
-        x, v = self.x.copy(), self.v.copy()
+        x, v, seen = self.x.copy(), self.v.copy(), self.work.validity.copy()
         time = self.time
         self.step()
         self.sense()
@@ -116,11 +121,31 @@ class Simulation:
         self.x[:], self.v[:] = x, v
         self.time, self.status = time, OK
         self.prepare()
+        self.watch.look(self.x)
+        self.work.validity[:] = seen
 
     def command(self, torque: np.ndarray) -> None:
         """Hold a torque (m,) from the next step on, within the joints' effort limits."""
         np.clip(torque, -self.limit, self.limit, out=self.torque[0])
         self.torque[1:] = self.torque[0]
+
+    def apply(self, link: str | None, load: np.ndarray | None = None, base: bool = False) -> None:
+        """Put a force and moment (6,), N and N m, on a link's end from the next step on, for the last ones.
+
+        They are along the axes of the link's frame, or of the base's with `base`.  None takes all loads off.
+        """
+        work = self.work
+        if link is None:
+            work.external[:] = 0.0
+            work.loaded[:] = False
+            return
+        n = link_index(self.scene, link)
+        given = np.zeros(6) if load is None else np.asarray(load, dtype=float)
+        if given.shape != (6,) or not np.all(np.isfinite(given)):
+            raise ValueError(f"{self.scene.name}: load {load!r} on {link}; give six finite values, N and N m")
+        rows = given.reshape(2, 3)
+        work.external[1 if base else 0, n] = (rows if base else rows @ self.model.axes[n]).ravel()
+        work.loaded[:] = np.any(work.external != 0.0, axis=(1, 2))
 
     def step(self) -> int:
         """Advance by one step with the torque and motion at hand.  Returns the status."""
@@ -135,7 +160,8 @@ class Simulation:
     @property
     def reason(self) -> str:
         """The status in words."""
-        return REASONS[self.status]
+        passed = self.watch.sentences("stop") if self.status == NOT_VALID else ()
+        return passed[0] if passed else REASONS[self.status]
 
     def look(self) -> Observation:
         """Nodes and links as they are now, in buffers that the next look overwrites."""
@@ -164,18 +190,34 @@ class Simulation:
         return self.energies
 
     def joint_position(self) -> np.ndarray:
-        """(m,) angles that the joints' encoders show (ERLS coordinate and elastic rotation), rad or m."""
-        return self._joint(self.x)
+        """(m,) what the motors' encoders show, rad or m (Model.shown)."""
+        return self.model.shown(self.x)
 
     def joint_velocity(self) -> np.ndarray:
         """(m,) rates of the joints, rad/s or m/s."""
-        return self._joint(self.v)
+        return self.model.shown(self.v)
 
-    def _joint(self, y: np.ndarray) -> np.ndarray:
-        shown = y[: self.model.joints].copy()
-        if self._turns.size:
-            shown[self._turns] += y[self.model.turn[self._turns]]
-        return shown
+    def follow_motion(self) -> None:
+        """Put the joints whose motion is prescribed where it says they are; needs prepare() afterwards."""
+        for y, given in zip((self.x, self.v), self.motion[0], strict=False):
+            held = self.work.held[self.model.joint_links]
+            y[: self.model.joints][held] = given[held]
+            copy_to_motors(self.model, y)
+        drive_joints(self.model.chain, self.work, self.motion[0], self.x, self.v, np.zeros(self.x.size))
+
+
+def link_index(scene: Scene, name: str) -> int:
+    """Place of a link in the scene, by name."""
+    names = [link.name for link in scene.links]
+    if name not in names:
+        raise SceneError(f"{scene.name}: no link {name!r}; give one of {', '.join(names)}")
+    return names.index(name)
+
+
+def copy_to_motors(model: Model, y: np.ndarray) -> None:
+    """Set the angles of motors behind springs as if the springs were at rest."""
+    motors = np.flatnonzero(model.motor >= 0)
+    y[model.motor[motors]] = y[motors]
 
 
 def joint_index(scene: Scene, name: str) -> int:
@@ -184,9 +226,3 @@ def joint_index(scene: Scene, name: str) -> int:
     if name not in names:
         raise SceneError(f"{scene.name}: no joint {name!r}; give one of {', '.join(names)}")
     return names.index(name)
-
-
-def is_held(model: Model, work, k: int) -> bool:
-    """Whether joint k's motion is prescribed."""
-    n = model.joint_links[k]
-    return bool(work.held[n]) and model.chain.link[n, KIND] != FIXED

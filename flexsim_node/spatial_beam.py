@@ -26,6 +26,7 @@ from .beam import (
     hermite_transpose,
     middle_rotation,
     quadratic_mass,
+    shift,
     squared_slope,
 )
 from .kernel import kernel
@@ -101,12 +102,43 @@ def spread_rotation(e, g, fp, fr):
 
 
 @kernel
-def inertia_force(e, frame, d, v, a, i, alpha, force, wrench, t):
+def unrest(e, c):
+    """Take the rest shape out of the centreline's coefficients c (4, 3)."""
+    c[0, 0] -= e[START]
+    c[1, 0] -= e[LENGTH]
+    c[2, 0] -= e[START] + e[LENGTH]
+    c[3, 0] -= e[LENGTH]
+
+
+@kernel
+def turned_director(phi, y, c):
+    """Write what a rotation phi (3,) adds to the section's director y, or z, into c (3,)."""
+    if y:
+        c[0], c[1], c[2] = -phi[2], 0.0, phi[0]
+    else:
+        c[0], c[1], c[2] = phi[1], -phi[0], 0.0
+
+
+@kernel
+def leave_out_softening(frame, h, count, g):
+    """Take the centrifugal force of displacements (h is mass times them) out of the forces g on them."""
+    w0, w1, w2 = frame[0], frame[1], frame[2]
+    square = w0 * w0 + w1 * w1 + w2 * w2
+    for k in range(count):
+        along = w0 * h[k, 0] + w1 * h[k, 1] + w2 * h[k, 2]
+        g[k, 0] -= along * w0 - square * h[k, 0]
+        g[k, 1] -= along * w1 - square * h[k, 1]
+        g[k, 2] -= along * w2 - square * h[k, 2]
+
+
+@kernel
+def inertia_force(e, frame, d, v, a, i, alpha, coriolis, spin, force, wrench, t):
     """Add the element's inertia forces to the nodal forces and to the link's wrench.
 
     frame holds omega (0:3), the acceleration of the link's origin (3:6) and the angular acceleration
     (6:9); d, v, a are nodal displacements, rates and accelerations; alpha is Rayleigh's mass
-    coefficient, which adds alpha c' to c''.  t is scratch (24, 3).
+    coefficient, which adds alpha c' to c''.  Without `coriolis` 2 omega x c' is left out, without `spin` the
+    centrifugal force of the elastic displacement on itself.  t is scratch (30, 3).
     """
     w0, w1, w2 = frame[0], frame[1], frame[2]
     b00, b11, b22 = -w1 * w1 - w2 * w2, -w0 * w0 - w2 * w2, -w0 * w0 - w1 * w1
@@ -117,23 +149,50 @@ def inertia_force(e, frame, d, v, a, i, alpha, force, wrench, t):
     centreline(e, d[i - 1], d[i], 1.0, c)
     centreline(e, v[i - 1], v[i], 0.0, cv)
     centreline(e, a[i - 1], a[i], 0.0, ca)
+    stiffened = e[STIFFENING] > 0.0
+    if stiffened:
+        p, r, pv, rv, pa, ra = d[i - 1], d[i], v[i - 1], v[i], a[i - 1], a[i]
+        twelfth = e[LENGTH] / 12.0
+        moved = shift(e, p[4], r[4]) + shift(e, p[5], r[5])
+        c[0, 0] += moved
+        c[2, 0] += moved
+        moved = twelfth * (r[4] * rv[4] + r[5] * rv[5] - p[4] * pv[4] - p[5] * pv[5])
+        cv[0, 0] += moved
+        cv[2, 0] += moved
+        moved = r[4] * ra[4] + r[5] * ra[5] - p[4] * pa[4] - p[5] * pa[5]
+        moved += rv[4] * rv[4] + rv[5] * rv[5] - pv[4] * pv[4] - pv[5] * pv[5]
+        ca[0, 0] += twelfth * moved
+        ca[2, 0] += twelfth * moved
     for k in range(4):
         x, y, z = c[k, 0], c[k, 1], c[k, 2]
         u, p, q = cv[k, 0], cv[k, 1], cv[k, 2]
-        ca[k, 0] += b00 * x + b01 * y + b02 * z + 2.0 * (w1 * q - w2 * p) + alpha * u
-        ca[k, 1] += b10 * x + b11 * y + b12 * z + 2.0 * (w2 * u - w0 * q) + alpha * p
-        ca[k, 2] += b20 * x + b21 * y + b22 * z + 2.0 * (w0 * p - w1 * u) + alpha * q
+        ca[k, 0] += b00 * x + b01 * y + b02 * z + alpha * u
+        ca[k, 1] += b10 * x + b11 * y + b12 * z + alpha * p
+        ca[k, 2] += b20 * x + b21 * y + b22 * z + alpha * q
+        if coriolis:
+            ca[k, 0] += 2.0 * (w1 * q - w2 * p)
+            ca[k, 1] += 2.0 * (w2 * u - w0 * q)
+            ca[k, 2] += 2.0 * (w0 * p - w1 * u)
     for k in range(3):
         ca[0, k] += frame[3 + k]
         ca[2, k] += frame[3 + k]
-        g[0, k], g[1, k], g[2, k], g[3, k] = hermite_mass(
-            e[MASS], ca[0, k], ca[1, k], ca[2, k], ca[3, k]
-        )
+        g[0, k], g[1, k], g[2, k], g[3, k] = hermite_mass(e[MASS], ca[0, k], ca[1, k], ca[2, k], ca[3, k])
         wrench[k] += g[0, k] + g[2, k]
     for k in range(4):
         wrench[3] += c[k, 1] * g[k, 2] - c[k, 2] * g[k, 1]
         wrench[4] += c[k, 2] * g[k, 0] - c[k, 0] * g[k, 2]
         wrench[5] += c[k, 0] * g[k, 1] - c[k, 1] * g[k, 0]
+    if stiffened:
+        pull = e[LENGTH] / 12.0 * (g[0, 0] + g[2, 0])
+        for k in range(4, 6):
+            force[i - 1, k] -= pull * d[i - 1, k]
+            force[i, k] += pull * d[i, k]
+    if not spin:
+        h = t[16:20]
+        unrest(e, c)
+        for k in range(3):
+            h[0, k], h[1, k], h[2, k], h[3, k] = hermite_mass(e[MASS], c[0, k], c[1, k], c[2, k], c[3, k])
+        leave_out_softening(frame, h, 4, g)
     spread(e, g, force[i - 1], force[i])
 
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
@@ -147,12 +206,19 @@ def inertia_force(e, frame, d, v, a, i, alpha, force, wrench, t):
             vx, vy, vz = pv[k, 0], pv[k, 1], pv[k, 2]
             ax, ay, az = pa[k, 0] + alpha * vx, pa[k, 1] + alpha * vy, pa[k, 2] + alpha * vz
             # director y = (-pz, 1, px), director z = (py, -px, 1)
-            fy[k, 0] = -b00 * pz + b01 + b02 * px + 2.0 * w1 * vx - az
-            fy[k, 1] = -b10 * pz + b11 + b12 * px - 2.0 * (w2 * vz + w0 * vx)
-            fy[k, 2] = -b20 * pz + b21 + b22 * px + 2.0 * w1 * vz + ax
-            fz[k, 0] = b00 * py - b01 * px + b02 + 2.0 * w2 * vx + ay
-            fz[k, 1] = b10 * py - b11 * px + b12 + 2.0 * w2 * vy - ax
-            fz[k, 2] = b20 * py - b21 * px + b22 - 2.0 * (w0 * vx + w1 * vy)
+            fy[k, 0] = -b00 * pz + b01 + b02 * px - az
+            fy[k, 1] = -b10 * pz + b11 + b12 * px
+            fy[k, 2] = -b20 * pz + b21 + b22 * px + ax
+            fz[k, 0] = b00 * py - b01 * px + b02 + ay
+            fz[k, 1] = b10 * py - b11 * px + b12 - ax
+            fz[k, 2] = b20 * py - b21 * px + b22
+            if coriolis:
+                fy[k, 0] += 2.0 * w1 * vx
+                fy[k, 1] -= 2.0 * (w2 * vz + w0 * vx)
+                fy[k, 2] += 2.0 * w1 * vz
+                fz[k, 0] += 2.0 * w2 * vx
+                fz[k, 1] += 2.0 * w2 * vy
+                fz[k, 2] -= 2.0 * (w0 * vx + w1 * vy)
         for k in range(3):
             fy[0, k], fy[1, k], fy[2, k] = quadratic_mass(
                 e[INERTIA_Y] * e[LENGTH], fy[0, k], fy[1, k], fy[2, k]
@@ -165,13 +231,28 @@ def inertia_force(e, frame, d, v, a, i, alpha, force, wrench, t):
             wrench[3] += fy[k, 2] - px * fy[k, 1] - px * fz[k, 2] - fz[k, 1]
             wrench[4] += px * fy[k, 0] + pz * fy[k, 2] + fz[k, 0] - py * fz[k, 2]
             wrench[5] += -pz * fy[k, 1] - fy[k, 0] + py * fz[k, 1] + px * fz[k, 0]
+        if not spin:
+            director, h = t[18:21], t[21:24]
+            for y in range(2):
+                for k in range(3):
+                    turned_director(phi[k], y == 0, director[k])
+                for k in range(3):
+                    h[0, k], h[1, k], h[2, k] = quadratic_mass(
+                        (e[INERTIA_Y] if y == 0 else e[INERTIA_Z]) * e[LENGTH],
+                        director[0, k],
+                        director[1, k],
+                        director[2, k],
+                    )
+                leave_out_softening(frame, h, 3, fy if y == 0 else fz)
+        for k in range(3):
             moment[k, 0] = fy[k, 2] - fz[k, 1]
             moment[k, 1] = fz[k, 0]
             moment[k, 2] = -fy[k, 0]
         spread_rotation(e, moment, force[i - 1], force[i])
     elif e[POLAR] > 0.0:
         # the section's spin about the beam alone: T = rho I_p (omega_x + phi_x')^2 / 2
-        spin = e[POLAR] * e[LENGTH] * (w0 + 0.5 * (v[i - 1, 3] + v[i, 3]))
+        turning = w0 + (0.5 * (v[i - 1, 3] + v[i, 3]) if coriolis else 0.0)
+        turning *= e[POLAR] * e[LENGTH]
         f0 = frame[6] + a[i - 1, 3] + alpha * v[i - 1, 3]
         f1 = frame[6] + a[i, 3] + alpha * v[i, 3]
         j = e[POLAR] * e[LENGTH] / 6.0
@@ -179,8 +260,20 @@ def inertia_force(e, frame, d, v, a, i, alpha, force, wrench, t):
         force[i - 1, 3] += g0
         force[i, 3] += g1
         wrench[3] += g0 + g1
-        wrench[4] += w2 * spin
-        wrench[5] -= w1 * spin
+        wrench[4] += w2 * turning
+        wrench[5] -= w1 * turning
+
+
+@kernel
+def axial_force(e, d, i):
+    """Tension of the element, N."""
+    p, r = d[i - 1], d[i]
+    tension = e[AXIAL] * (r[0] - p[0])
+    if e[STIFFENING] > 0.0:
+        my, _, _, _, _ = squared_slope(p[1], p[5], r[1], r[5], e[LENGTH], e[SHEAR_Z])
+        mz, _, _, _, _ = squared_slope(p[2], -p[4], r[2], -r[4], e[LENGTH], e[SHEAR_Y])
+        tension += 0.5 * e[AXIAL] * e[LENGTH] * (my + mz)
+    return tension
 
 
 @kernel
@@ -265,7 +358,7 @@ def inertia_coupling(e, d, i, coupling, inertia, t):
     """Write d(force)/d(link acceleration) of both nodes into coupling (12, 6) and add the link's own.
 
     inertia (6, 6) is the upper triangle of the mass matrix of (origin, angular) acceleration.
-    t is scratch (24, 3).
+    t is scratch (30, 3).
     """
     coupling[:] = 0.0
     length, mass = e[LENGTH], e[MASS]
@@ -280,6 +373,11 @@ def inertia_coupling(e, d, i, coupling, inertia, t):
     coupling[10, 2] = twelfth
     c, q, g = t[0:4], t[4:8], t[8:12]
     centreline(e, d[i - 1], d[i], 1.0, c)
+    stiffened = e[STIFFENING] > 0.0
+    if stiffened:
+        moved = shift(e, d[i - 1, 4], d[i, 4]) + shift(e, d[i - 1, 5], d[i, 5])
+        c[0, 0] += moved
+        c[2, 0] += moved
     for k in range(3):
         q[0, k], q[1, k], q[2, k], q[3, k] = hermite_mass(mass, c[0, k], c[1, k], c[2, k], c[3, k])
     sx, sy, sz = q[0, 0] + q[2, 0], q[0, 1] + q[2, 1], q[0, 2] + q[2, 2]
@@ -310,6 +408,16 @@ def inertia_coupling(e, d, i, coupling, inertia, t):
             g[j, m] = -q[j, n]
             g[j, n] = q[j, m]
         spread(e, g, coupling[0:6, 3 + k], coupling[6:12, 3 + k])
+    if stiffened:
+        twelfth = length / 12.0
+        for k in range(4, 6):
+            p, r = -twelfth * d[i - 1, k], twelfth * d[i, k]
+            coupling[k, 0] += p * mass
+            coupling[k, 4] += p * sz
+            coupling[k, 5] -= p * sy
+            coupling[6 + k, 0] += r * mass
+            coupling[6 + k, 4] += r * sz
+            coupling[6 + k, 5] -= r * sy
 
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
         phi, dy, dz, qy, qz, moment = t[0:3], t[3:6], t[6:9], t[9:12], t[12:15], t[15:18]
@@ -318,12 +426,8 @@ def inertia_coupling(e, d, i, coupling, inertia, t):
             dy[k, 0], dy[k, 1], dy[k, 2] = -phi[k, 2], 1.0, phi[k, 0]
             dz[k, 0], dz[k, 1], dz[k, 2] = phi[k, 1], -phi[k, 0], 1.0
         for k in range(3):
-            qy[0, k], qy[1, k], qy[2, k] = quadratic_mass(
-                e[INERTIA_Y] * length, dy[0, k], dy[1, k], dy[2, k]
-            )
-            qz[0, k], qz[1, k], qz[2, k] = quadratic_mass(
-                e[INERTIA_Z] * length, dz[0, k], dz[1, k], dz[2, k]
-            )
+            qy[0, k], qy[1, k], qy[2, k] = quadratic_mass(e[INERTIA_Y] * length, dy[0, k], dy[1, k], dy[2, k])
+            qz[0, k], qz[1, k], qz[2, k] = quadratic_mass(e[INERTIA_Z] * length, dz[0, k], dz[1, k], dz[2, k])
         xx = yy = zz = xy = xz = yz = 0.0
         for k in range(3):
             xx += dy[k, 0] * qy[k, 0] + dz[k, 0] * qz[k, 0]
@@ -362,6 +466,29 @@ def inertia_coupling(e, d, i, coupling, inertia, t):
         coupling[3, 3] += half
         coupling[9, 3] += half
         inertia[3, 3] += 2.0 * half
+
+
+@kernel
+def shift_mass(e, d, i, b, w):
+    """Add what the shift of the element's mass adds to its mass matrix to w (12, 12), upper triangle.
+
+    w and b (12,), a scratch, are ordered (node i, node i - 1).
+    """
+    twelfth = e[LENGTH] / 12.0
+    for k in range(12):
+        b[k] = 0.0
+    b[4], b[5] = twelfth * d[i, 4], twelfth * d[i, 5]
+    b[10], b[11] = -twelfth * d[i - 1, 4], -twelfth * d[i - 1, 5]
+    half = 0.5 * e[MASS]
+    for k in (4, 5, 10, 11):
+        w[0, k] += half * b[k]
+        if k > 6:
+            w[6, k] += half * b[k]
+        else:
+            w[k, 6] += half * b[k]
+        for m in (4, 5, 10, 11):
+            if m >= k:
+                w[k, m] += e[MASS] * b[k] * b[m]
 
 
 @kernel

@@ -34,26 +34,40 @@ class StaticEquilibrium:
     link_end: np.ndarray
 
 
-def rest_shape(model: Model, position: np.ndarray) -> np.ndarray:
+def joint_motion(model: Model, velocity: np.ndarray) -> np.ndarray:
+    """(n,) rates of the unknowns when the joints turn at velocity (m,) and nothing deforms."""
+    v = np.zeros(model.unknowns)
+    v[: model.joints] = v[model.turned] = velocity
+    return v
+
+
+def rest_shape(model: Model, position: np.ndarray, velocity: np.ndarray | None = None) -> np.ndarray:
     """Unknowns (n,) of the equilibrium with the joints, as their encoders show them, at position (m,).
 
-    Newton's method on the elastic unknowns.  Where a joint has an elastic rotation phi of its own, its
-    coordinate q follows as position - phi.
+    With a velocity (m,) it is the steady shape at that spin.
+
+    Newton's method on what the motors leave free.  Where a joint has an elastic rotation phi of its own, its
+    coordinate q follows as position - phi; behind a spring q is free.
     """
     m, n = model.joints, model.unknowns
     x = np.zeros(n)
     x[:m] = position
     if n == m:
         return x
-    own = np.flatnonzero(model.turn >= 0)
-    along = np.eye(n)[:, m:]  # how all unknowns move with the elastic ones
-    along[own, model.turn[own] - m] = -1.0
+    held = model.turned
+    x[held] = position
+    along = np.delete(np.eye(n), held, axis=1)  # how all unknowns move with the free ones
+    own = np.flatnonzero((model.turn >= 0) & (model.motor < 0))
+    along[own] -= along[model.turn[own]]
 
     best = np.inf
+    v = None if velocity is None else joint_motion(model, velocity)
     for _ in range(ITERATIONS):
-        tangent = along.T @ stiffness_matrix(model, x) @ along
+        tangent = along.T @ stiffness_matrix(model, x, v) @ along
         try:
-            step = cho_solve(cho_factor(tangent), along.T @ forces(model, x))
+            right = along.T @ forces(model, x, v)
+            # until the spin has stretched the links nothing stiffens them
+            step = cho_solve(cho_factor(tangent), right) if v is None else np.linalg.solve(tangent, right)
         except (LinAlgError, ValueError):  # not positive definite, or not finite: not stable
             break
         x += along @ step
@@ -90,7 +104,7 @@ def static_equilibrium(scene: Scene, position: np.ndarray | list[float]) -> Stat
         torque = np.where(model.actuated, -assembly.force(x, push)[: model.joints], 0.0)
     else:
         x = rest_shape(model, q)
-        torque = -forces(model, x)[: model.joints]
+        torque = -forces(model, x)[model.turned]
     view.look(workspace(model.chain), x)
     return StaticEquilibrium(torque, view.displacement, view.position, view.link_end)
 
@@ -116,5 +130,5 @@ def check_position(scene: Scene, position: np.ndarray | list[float]) -> np.ndarr
 def unknowns_at(model: Model, position: np.ndarray) -> np.ndarray:
     """Unknowns (n,) of the undeformed robot with its joints at position (m,)."""
     x = np.zeros(model.unknowns)
-    x[: model.joints] = position
+    x[: model.joints] = x[model.turned] = position
     return x

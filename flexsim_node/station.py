@@ -31,6 +31,7 @@ from .beam import (
     middle_rotation,
     squared_slope,
 )
+from .chain import ALPHA, BETA, CORIOLIS, SPIN
 from .kernel import kernel
 
 GAUSS = 0.3872983346207417  # sqrt(3/5)/2; three points, exact to the fifth degree
@@ -151,13 +152,13 @@ def constitutive(e, rows, xi, out):
 
 
 @kernel
-def section_forces(e, frame, rows, rates, accelerations, alpha, beta, xi, t, load, scratch, out):
+def section_forces(e, frame, rows, rates, accelerations, setting, xi, t, load, scratch, out):
     """Stress resultants at xi on the positive face, section axes, into out (3, 6).
 
     Each row holds N, Qy, Qz, T, My, Mz: of the strains of the nodal field (times 1), of their rates (times
     beta), and of what the element's own load adds between its nodes.  Scratch: t (10, 6), load (9,), (24, 3).
     """
-    length = e[LENGTH]
+    length, alpha, beta = e[LENGTH], setting[ALPHA], setting[BETA]
     x = xi * length
     elastic, viscous, between = out[0], out[1], out[2]
     constitutive(e, rows, xi, elastic)
@@ -166,7 +167,10 @@ def section_forces(e, frame, rows, rates, accelerations, alpha, beta, xi, t, loa
     start, end, wrench = t[7], t[8], t[9]
     t[7:10] = 0.0
     # nodal forces of the element's inertia at its start, as in the equations
-    spatial_beam.inertia_force(e, frame, rows, rates, accelerations, 1, alpha, t[7:9], wrench, scratch)
+    coriolis, spin = setting[CORIOLIS] > 0.0, setting[SPIN] > 0.0
+    spatial_beam.inertia_force(
+        e, frame, rows, rates, accelerations, 1, alpha, coriolis, spin, t[7:9], wrench, scratch
+    )
     if e[STIFFENING] > 0.0:
         p, r, yp, yr = rows[0], rows[1], rates[0], rates[1]
         my, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])

@@ -57,28 +57,30 @@ def elastic_stiffness(model: Model, x: np.ndarray) -> np.ndarray:
     return 0.5 * (stiffness + stiffness.T)
 
 
-def forces(model: Model, x: np.ndarray) -> np.ndarray:
-    """(n,) generalized forces on a robot that stands still at the unknowns x without torque."""
+def forces(model: Model, x: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
+    """(n,) generalized forces without torque at the unknowns x (n,): at rest, or at steady rates v (n,)."""
     work, rhs, zero = workspace(model.chain), np.zeros(x.size), np.zeros(x.size)
-    residual(model.chain, work, x, zero, zero, np.zeros(model.joints), rhs)
+    residual(model.chain, work, x, zero if v is None else v, zero, np.zeros(model.joints), rhs)
     return rhs
 
 
-def stiffness_matrix(model: Model, x: np.ndarray) -> np.ndarray:
-    """(n, n) derivative of minus the forces at rest: elastic and geometric stiffness, and gravity's."""
+def stiffness_matrix(model: Model, x: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
+    """(n, n) derivative of minus the forces: elastic and geometric stiffness, gravity's, and spin's at v."""
     work, rhs, zero = workspace(model.chain), np.zeros(x.size), np.zeros(x.size)
+    rate = zero if v is None else v
     torque = np.zeros(model.joints)
 
     def standing(at: np.ndarray) -> np.ndarray:
-        residual(model.chain, work, at, zero, zero, torque, rhs)
+        residual(model.chain, work, at, rate, zero, torque, rhs)
         return -rhs
 
     stiffness = differences(standing, x, np.eye(x.size))
     return 0.5 * (stiffness + stiffness.T)
 
 
-def damping_matrix(model: Model, x: np.ndarray) -> np.ndarray:
-    """(n, n) derivative of minus the forces by the rates, at rest: Rayleigh's and the joints' friction.
+def damping_matrix(model: Model, x: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
+    """(n, n) derivative of minus the forces by the rates, at rest or at v: Rayleigh's damping, the joints'
+    friction, and the gyroscopic forces of a spin.
 
     Coulomb friction counts with its slope at standstill, coulomb_friction / coulomb_speed.
     """
@@ -91,4 +93,5 @@ def damping_matrix(model: Model, x: np.ndarray) -> np.ndarray:
 
     joint = model.chain.joint
     speeds = joint[joint[:, COULOMB] > 0.0, COULOMB_SPEED]
-    return differences(moving, zero, np.eye(x.size), STEP * min(1.0, speeds.min(initial=1.0)))
+    about = zero if v is None else v
+    return differences(moving, about, np.eye(x.size), STEP * min(1.0, speeds.min(initial=1.0)))

@@ -7,7 +7,17 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import DOP853, Radau
 
-from ..acceleration import LOOP_OPEN, NOT_CONVERGED, OK, acceleration, drive_joints
+from ..acceleration import (
+    LOOP_OPEN,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    NOT_VALID,
+    OK,
+    acceleration,
+    drive_joints,
+    finite,
+    valid,
+)
 from ..chain import Workspace
 from ..closure import close
 from ..model import Model
@@ -28,11 +38,12 @@ class Adaptive:
         method: str,
         torque: Callable[[float], np.ndarray],
         motion: Callable[[float], np.ndarray],
+        load: Callable[[float], None],
         smooth: bool,
     ) -> None:
         solver = model.scene.solver
         self.model, self.work, self.smooth = model, work, smooth
-        self.torque, self.motion = torque, motion
+        self.torque, self.motion, self.load = torque, motion, load
         self.loops = len(model.chain.closing) > 0
         self.kind = SOLVERS[method]
         self.tolerances = {"rtol": solver.relative_tolerance, "atol": solver.absolute_tolerance}
@@ -44,6 +55,7 @@ class Adaptive:
         n = self.model.unknowns
         x, v, a = y[:n].copy(), y[n:].copy(), np.zeros(n)
         drive_joints(self.model.chain, self.work, self.motion(t), x, v, a)
+        self.load(t)
         if acceleration(self.model.chain, self.work, x, v, self.torque(t), a) != OK:
             a[:] = np.nan
         elif self.loops:
@@ -72,10 +84,17 @@ class Adaptive:
         y = self.running.dense_output()(t + h) if late else self.running.y
         if not np.all(np.isfinite(y)):
             return NOT_CONVERGED
-        x[:], v[:] = y[:n], y[n:]
-        drive_joints(self.model.chain, self.work, self.motion(t + h), x, v, np.zeros(n))
-        if self.loops:
-            acceleration(self.model.chain, self.work, x, v, self.torque(t + h), np.zeros(n))
-            if not close(self.model.chain, self.work, x, v, np.zeros(n)):
-                return LOOP_OPEN
+        chain, work = self.model.chain, self.work
+        end, rate = y[:n].copy(), y[n:].copy()
+        drive_joints(chain, work, self.motion(t + h), end, rate, np.zeros(n))
+        self.load(t + h)
+        if acceleration(chain, work, end, rate, self.torque(t + h), np.zeros(n)) != OK:
+            return NOT_CONVERGED
+        if self.loops and not close(chain, work, end, rate, np.zeros(n)):
+            return LOOP_OPEN
+        if not finite(chain, end, rate):
+            return NOT_FINITE
+        if not valid(chain, work, end):
+            return NOT_VALID
+        x[:], v[:] = end, rate
         return OK

@@ -10,11 +10,13 @@ from ..acceleration import (
     LOOP_OPEN,
     NOT_CONVERGED,
     NOT_FINITE,
+    NOT_VALID,
     OK,
     SINGULAR,
     acceleration,
     drive_joints,
     finite,
+    valid,
 )
 from ..chain import BETA
 from ..closure import close, constrain, linearise
@@ -54,7 +56,7 @@ def step(chain, work, x, v, torque, motion, h, option):
     through = (1.0 - f) / (1.0 - m)
     scale = through * (quarter * h * h + gamma * h * damped)
     if work.scale[0] != scale or work.scale[1] != through * gamma * h:
-        set_scale(chain, work, scale, through * gamma * h)
+        set_scale(chain, work, scale, through * gamma * h, through * quarter * h * h)
     for i in range(n):
         an[i] = a[i]
     size = 0.0
@@ -80,6 +82,7 @@ def step(chain, work, x, v, torque, motion, h, option):
             da[i] /= 1.0 - m
             an[i] += da[i]
             size = max(size, abs(da[i]) * quarter * h * h)
+        work.correction[0] = size
         if not size < 1e6:
             return NOT_FINITE
         if size < SMALL:
@@ -90,10 +93,12 @@ def step(chain, work, x, v, torque, motion, h, option):
         xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
         ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
     drive_joints(chain, work, motion[2], xe, ve, an)
-    if not finite(xe, ve, torque.shape[1]):
+    if not finite(chain, xe, ve):
         return NOT_FINITE
     if chain.closing.shape[0] > 0 and not close(chain, work, xe, ve, rhs):
         return LOOP_OPEN
+    if not valid(chain, work, xe):
+        return NOT_VALID
     for i in range(n):
         x[i], v[i], a[i] = xe[i], ve[i], an[i]
     return OK

@@ -32,12 +32,14 @@ from ..acceleration import (
     LOOP_OPEN,
     NOT_CONVERGED,
     NOT_FINITE,
+    NOT_VALID,
     OK,
     SINGULAR,
     drive_joints,
     finite,
+    valid,
 )
-from ..chain import ALPHA, BETA, KEEP
+from ..chain import ALPHA, BETA, COORDINATES, KEEP
 from ..closure import close, constrain, linearise
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
@@ -55,7 +57,7 @@ def choose_matrix(chain, work, h):
     gh = GAMMA * h
     scale = gh * (chain.setting[BETA] + gh) / (1.0 + gh * chain.setting[ALPHA])
     if work.scale[0] != scale or work.scale[1] != gh:
-        set_scale(chain, work, scale, gh)
+        set_scale(chain, work, scale, gh, gh * gh)
         return True
     return False
 
@@ -69,7 +71,7 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh):
     """
     rhs, da = work.vector[1], work.vector[2]
     damped = 1.0 / (1.0 + gh * chain.setting[ALPHA])
-    m = torque.size
+    m = chain.setting[COORDINATES]
     drive_joints(chain, work, motion, x, v, a)
     for k in range(NEWTON_STEPS):
         residual(chain, work, x, v, a, torque, rhs)
@@ -91,6 +93,7 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh):
             v[i] += gh * correction
             x[i] += gh * gh * correction
             size = max(size, abs(gh * gh * correction))
+        work.correction[0] = size
         if size < SMALL:
             return OK
         if not size < 1e6:
@@ -142,10 +145,12 @@ def step(chain, work, x, v, torque, motion, h, option):
     if status != OK:
         return status
     drive_joints(chain, work, motion[2], x2, v2, a)
-    if not finite(x2, v2, torque.shape[1]):
+    if not finite(chain, x2, v2):
         return NOT_FINITE
     if chain.closing.shape[0] > 0 and not close(chain, work, x2, v2, work.vector[1]):
         return LOOP_OPEN
+    if not valid(chain, work, x2):
+        return NOT_VALID
     for i in range(n):
         x[i], v[i], work.memory[i] = x2[i], v2[i], a[i]
     return OK

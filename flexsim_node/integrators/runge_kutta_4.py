@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..acceleration import LOOP_OPEN, NOT_FINITE, OK, acceleration, drive_joints, finite
+from ..acceleration import LOOP_OPEN, NOT_FINITE, NOT_VALID, OK, acceleration, drive_joints, finite, valid
 from ..closure import close
 from ..kernel import kernel
 
@@ -35,10 +35,12 @@ def step(chain, work, x, v, torque, motion, h, option):
     for i in range(n):
         x2[i], v2[i] = x[i] + dx[i], v[i] + dv[i]
     drive_joints(chain, work, motion[2], x2, v2, k)
-    if not finite(x2, v2, torque.shape[1]):
+    if not finite(chain, x2, v2):
         return NOT_FINITE
     if chain.closing.shape[0] > 0 and not close(chain, work, x2, v2, work.vector[7]):
         return LOOP_OPEN
+    if not valid(chain, work, x2):
+        return NOT_VALID
     for i in range(n):
         x[i], v[i] = x2[i], v2[i]
     return OK

@@ -123,6 +123,16 @@ class Element:
     strains: list = field(default_factory=list)  # (stiffness, (12,) linear part)
     axial: tuple | None = None  # stiffness, (12,), list of (weight, slope (12,))
     spin: list = field(default_factory=list)  # (inertia, (12,) twist)
+    shift: np.ndarray | None = None  # (12, 12): quadratic form of how the mass moves along the beam
+
+    def displacement(self, d: Moving) -> Moving:
+        """(P, 3) of the points, for nodal rows d (12,)."""
+        value, rate = self.field @ d.value, self.field @ d.rate
+        if self.shift is not None:
+            along = np.array([1.0, 0.0, 0.0])
+            value = value + (d.value @ self.shift @ d.value) * along
+            rate = rate + 2.0 * (d.value @ self.shift @ d.rate) * along
+        return Moving(value, rate)
 
 
 def beam_axes(link: Link) -> tuple[np.ndarray, np.ndarray]:
@@ -189,6 +199,8 @@ def build_element(scene: Scene, link: Link, start: float, length: float, flexibl
         built.strains = [*strains, (g_modulus * s.j * length, twist)]
         stiffening = effects.centrifugal and effects.axial
         built.axial = (e_modulus * s.area * length, stretch, slopes if stiffening else [])
+        if stiffening:
+            built.shift = np.diag([0, 0, 0, 0, -1, -1, 0, 0, 0, 0, 1, 1]) * length / 24
     return built
 
 
@@ -222,7 +234,13 @@ class IndependentChain:
         self.gravity = np.array(scene.gravity if scene.effects.gravity else (0.0, 0.0, 0.0))
         self.joints = len(scene.joints)
         held = {} if zeroed is None else {(n, i): np.asarray(d) for n, i, d in zeroed}
-        n = self.joints
+        effects = scene.effects
+        elastic = effects.joint_elasticity and effects.rotor_inertia
+        n, self.motor = self.joints, []
+        for joint in scene.joints:
+            behind = elastic and joint.stiffness is not None
+            self.motor.append(n if behind else None)
+            n += behind
         self.links = []
         for number, link in enumerate(scene.links):
             along, axes = beam_axes(link)
@@ -335,21 +353,56 @@ class IndependentChain:
         """Every velocity, times the root of its inertia: (points * 3 and spins and rotors,)."""
         out = []
         for part, origin, basis, d in self.pieces(self.motion(z, zd)):
-            inside = part.points + part.field @ d.value
-            v = origin.rate + inside @ basis.rate.T + (part.field @ d.rate) @ basis.value.T
+            moved = part.displacement(d)
+            v = origin.rate + (part.points + moved.value) @ basis.rate.T + moved.rate @ basis.value.T
             out.append((np.sqrt(part.mass)[:, None] * v).ravel())
             omega_x = (basis.value.T @ basis.rate)[2, 1]
             out += [[np.sqrt(j) * (omega_x + twist @ d.rate)] for j, twist in part.spin]
         if self.scene.effects.rotor_inertia:
-            out.append(np.sqrt(self.rotor) * self.joint_rate(zd))
+            out.append(np.sqrt(self.rotor) * self.motor_rate(zd))
         return np.concatenate(out)
+
+    def softening_force(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
+        """(n,) what omega x (omega x displacement) does on the elastic displacements within the links."""
+        force = np.zeros(self.unknowns)
+        virtual = [list(self.pieces(self.motion(z, e))) for e in np.eye(self.unknowns)]
+        for n, (part, _, basis, d) in enumerate(self.pieces(self.motion(z, zd))):
+            omega = (basis.value.T @ basis.rate).real
+            pull = part.field @ d.value.real @ (omega @ omega).T
+            for k in range(self.unknowns):
+                force[k] += part.mass @ np.sum((part.field @ virtual[k][n][3].rate) * pull, axis=1)
+        return force
+
+    def coriolis_force(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
+        """(n,) what 2 omega x (elastic rate) does on every coordinate."""
+        force = np.zeros(self.unknowns)
+        virtual = [list(self.pieces(self.motion(z, e))) for e in np.eye(self.unknowns)]
+        for n, (part, _, basis, d) in enumerate(self.pieces(self.motion(z, zd))):
+            omega = (basis.value.T @ basis.rate).real
+            moved = part.displacement(d)
+            rate, c = moved.rate.real, moved.value.real
+            twice = 2.0 * rate @ omega.T
+            for k in range(self.unknowns):
+                _, origin_k, basis_k, d_k = virtual[k][n]
+                turn = basis.value.T @ basis_k.rate
+                v = (
+                    basis.value.T @ origin_k.rate
+                    + (part.points + c) @ turn.T
+                    + part.displacement(Moving(d.value, d_k.rate)).rate
+                )
+                force[k] += part.mass @ np.sum(v.real * twice, axis=1)
+                for j, twist in part.spin:
+                    # (virtual rotation) . (omega x e_x)
+                    across = turn[0, 2] * omega[1, 0] + turn[1, 0] * omega[2, 0]
+                    force[k] += j * (twist @ d.rate) * across
+        return force
 
     @property
     def rotor(self) -> np.ndarray:
         return np.array([j.rotor_inertia * j.gear_ratio**2 for j in self.scene.joints])
 
     def joint_rate(self, zd: np.ndarray) -> np.ndarray:
-        """(m,) rates that the motors see."""
+        """(m,) rates of the links' sides of the joints (or angles, of coordinates)."""
         rate = np.array(zd[: self.joints])
         k = 0
         for link, _, _, _, own, *_ in self.links:
@@ -357,6 +410,24 @@ class IndependentChain:
                 rate[k] += zd[own] if own is not None else 0.0
                 k += 1
         return rate
+
+    def motor_rate(self, zd: np.ndarray) -> np.ndarray:
+        """(m,) rates of the motors (or angles, of coordinates)."""
+        rate = self.joint_rate(zd)
+        for k, at in enumerate(self.motor):
+            if at is not None:
+                rate[k] = zd[at]
+        return rate
+
+    @property
+    def spring(self) -> np.ndarray:
+        """(m, 2) stiffness and damping between motor and link."""
+        return np.array(
+            [
+                (0.0, 0.0) if at is None else (joint.stiffness, joint.damping)
+                for at, joint in zip(self.motor, self.scene.joints, strict=True)
+            ]
+        )
 
     def strain(self, z: np.ndarray, zd: np.ndarray) -> Moving:
         """Every strain with its rate, times the root of its stiffness."""
@@ -383,9 +454,10 @@ class IndependentChain:
         """Strain energy and gravity."""
         still = np.zeros(self.unknowns)
         strain = self.strain(z, still).value
-        total = 0.5 * strain @ strain
+        twist = self.motor_rate(z) - self.joint_rate(z)
+        total = 0.5 * strain @ strain + 0.5 * self.spring[:, 0] @ twist**2
         for part, origin, basis, d in self.pieces(self.motion(z, still)):
-            p = origin.value + (part.points + part.field @ d.value) @ basis.value.T
+            p = origin.value + (part.points + part.displacement(d).value) @ basis.value.T
             total = total - part.mass @ (p @ self.gravity)
         return total
 
@@ -395,7 +467,7 @@ class IndependentChain:
         force = np.zeros(self.unknowns)
         relative, points = [], []
         for part, _, basis, d in self.pieces(self.motion(z, zd)):
-            v = (part.field @ d.rate) @ basis.value.T
+            v = part.displacement(d).rate @ basis.value.T
             relative.append((np.sqrt(part.mass)[:, None] * v).ravel())
             relative += [[np.sqrt(j) * (twist @ d.rate)] for j, twist in part.spin]
         if self.scene.effects.rotor_inertia:
@@ -409,13 +481,17 @@ class IndependentChain:
 
     def joint_force(self, zd: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Motor torque and friction on every coordinate."""
-        rate = self.joint_rate(zd)
+        rate = self.motor_rate(zd)
+        damper = self.spring[:, 1] * (rate - self.joint_rate(zd))
         effort = np.array(torque, dtype=float)
         if self.scene.effects.joint_friction:
             for k, j in enumerate(self.scene.joints):
                 effort[k] -= j.viscous_friction * rate[k]
                 effort[k] -= j.coulomb_friction * np.tanh(rate[k] / j.coulomb_speed)
-        return np.array([effort @ self.joint_rate(unit) for unit in np.eye(self.unknowns)])
+        units = np.eye(self.unknowns)
+        given = [effort @ self.motor_rate(unit) for unit in units]
+        lost = [damper @ (self.motor_rate(unit) - self.joint_rate(unit)) for unit in units]
+        return np.array(given) - np.array(lost)
 
     def acceleration(self, z: np.ndarray, zd: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """(n,) from d/dt dT/dz' - dT/dz + dV/dz = Q, with Lagrange's multipliers where loops close."""
@@ -428,6 +504,11 @@ class IndependentChain:
         for k, e in enumerate(units):
             bias[k] -= self.kinetic(z + 1j * STEP * e, zd).imag / STEP
             bias[k] += self.potential(z + 1j * STEP * e).imag / STEP
+        effects = self.scene.effects
+        if not effects.coriolis:
+            bias -= self.coriolis_force(z, zd)
+        if not (effects.centrifugal and effects.axial):
+            bias -= self.softening_force(z, zd)
         force = self.damping_force(z, zd) + self.joint_force(zd, torque)
         if not self.scene.loops:
             return np.linalg.solve(mass, force - bias)

@@ -140,6 +140,15 @@ def losses(**keys):
     return scene
 
 
+def springs(**keys):
+    """Joints that give way between motor and link, turning and sliding."""
+    motor = {"rotor_inertia": 3e-4, "gear_ratio": 20.0, "stiffness": 900.0, "damping": 1.5}
+    scene = sliding(**keys)
+    scene["links"][0]["joint"] = {**motor, "viscous_friction": 0.3}
+    scene["links"][1]["joint"] = {"type": "prismatic", "rotor_inertia": 0.7, "stiffness": 4e4}
+    return scene
+
+
 SCENES = {
     "planar": two_link(damping={"alpha": 2.0, "beta": 5e-4}),
     "planar payload": robot(
@@ -161,6 +170,15 @@ SCENES = {
     "no bending y": pieces(effects={"bending_y": False}),
     "no bending z": pieces(effects={"bending_z": False}),
     "no gravity": pieces(effects={"gravity": False}),
+    "planar, no spin": two_link(effects={"centrifugal": False}),
+    "planar, no coriolis": two_link(effects={"coriolis": False}),
+    "planar, neither": two_link(effects={"coriolis": False, "centrifugal": False}),
+    "no spin": pieces(effects={"centrifugal": False}),
+    "no coriolis": oblique(effects={"coriolis": False}),
+    "neither": pieces(effects={"coriolis": False, "centrifugal": False}),
+    "points, no spin": oblique(effects={"centrifugal": False, "rotary_inertia": False}),
+    "points, neither": oblique(effects={"coriolis": False, "centrifugal": False, "rotary_inertia": False}),
+    "sliding, no spin": sliding(effects={"centrifugal": False}),
     "pieces": pieces(),
     "pieces, shear": pieces(effects={"shear": True}),
     "sliding": sliding(),
@@ -172,6 +190,9 @@ SCENES = {
     "loops, fixed": closed("fixed"),
     "loops, slot": closed("slot"),
     "planar loops": planar_closed(),
+    "springs": springs(),
+    "springs, off": springs(effects={"joint_elasticity": False}),
+    "springs, no rotors": springs(effects={"rotor_inertia": False}),
     "losses": losses(),
     "losses, points": losses(effects={"rotary_inertia": False}),
 }

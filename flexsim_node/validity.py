@@ -1,0 +1,111 @@
+"""What the validity watch saw, in numbers and words, against the scene's limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .chain import KIND, PRISMATIC, TIP, workspace
+from .dynamics import residual
+from .erls import erls_condition
+from .model import Model
+
+# the watch's rows, then what is looked at now and then
+NAMES = ("elastic_rotation", "spin_ratio", "axial_load", "correction", "erls_condition", "mass_condition")
+UNITS = ("rad", "", "", "m or rad", "", "")
+WORDS = (
+    "the elastic rotation",
+    "the spin over the first bending frequency",
+    "the axial load over the buckling load",
+    "the last correction of a step's iteration",
+    "the condition of J_0",
+    "the condition of the mass matrix",
+)
+ADVICE = (
+    "rotations of earlier links reach later ones linearly: give formulation: co_moving, or stiffer links",
+    "without the effect centrifugal nothing stiffens a spinning link: switch it on",
+    "without the effect centrifugal nothing tells a pulled link from a pushed one: switch it on",
+    "the step follows this motion only just: give a smaller step",
+    "the zeroed dofs hardly define the rigid links here: give other ones, or root",
+    "a joint has hardly any inertia beyond it here: give it a rotor_inertia",
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One figure of the watch, the largest so far, and its limits (inf where there is none)."""
+
+    name: str
+    value: float
+    link: str
+    warn: float
+    stop: float
+
+    @property
+    def passed(self) -> str:
+        """`stop`, `warn`, or nothing."""
+        return "stop" if self.value > self.stop else "warn" if self.value > self.warn else ""
+
+    def sentence(self) -> str:
+        """What was passed, by how much, and what to do."""
+        k = NAMES.index(self.name)
+        where = f"{self.link}: " if self.link else ""
+        limit = self.stop if self.passed == "stop" else self.warn
+        unit = f" {UNITS[k]}" if UNITS[k] else ""
+        key = f"validity.{self.name}.{self.passed or 'warn'}"
+        return f"{where}{WORDS[k]} reaches {self.value:.3g}{unit}, beyond {key} = {limit:g}; {ADVICE[k]}"
+
+
+class ValidityWatch:
+    """Gathers what the steps' watch wrote into `seen` (2, 4), and looks at conditions itself."""
+
+    def __init__(self, model: Model, seen: np.ndarray) -> None:
+        self.model, self.seen = model, seen
+        self.conditions = np.zeros(2)
+        self._work = workspace(model.chain)
+
+    def clear(self) -> None:
+        """Forget what was seen."""
+        self.seen[:] = 0.0
+        self.conditions[:] = 0.0
+
+    def look(self, x: np.ndarray) -> bool:
+        """Take the conditions of J_0 and of the mass matrix at the unknowns x (n,); False beyond a stop."""
+        model = self.model
+        own = erls_condition(model.chain, model.zeroed, x[: model.joints]) if model.swings else 1.0
+        np.maximum(self.conditions, (own, mass_condition(model, self._work, x)), out=self.conditions)
+        return not any(finding.passed == "stop" for finding in self.findings())
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Every figure with its limits."""
+        names = [link.name for link in self.model.scene.links]
+        limits = self.model.limits
+        found = []
+        for k, name in enumerate(NAMES):
+            watched = k < self.seen.shape[1]
+            value = self.seen[0, k] if watched else self.conditions[k - self.seen.shape[1]]
+            link = int(self.seen[1, k]) if watched and value > 0.0 else -1
+            found.append(Finding(name, float(value), names[link] if link >= 0 else "", *limits[k]))
+        return tuple(found)
+
+    def sentences(self, passed: str) -> tuple[str, ...]:
+        """One for each figure beyond its `warn` (but not `stop`), or beyond its `stop`."""
+        return tuple(f.sentence() for f in self.findings() if f.passed == passed)
+
+
+def mass_condition(model: Model, work, x: np.ndarray) -> float:
+    """Condition of the joints' inertia (m, m) at the unknowns x (n,).
+
+    Where joints turn and slide, angles count as lengths at the robot's reach.
+    """
+    chain, m = model.chain, model.joints
+    zero, base, column = np.zeros((3, x.size))
+    torque, inertia = np.zeros(m), np.zeros((m, m))
+    residual(chain, work, x, zero, zero, torque, base)
+    for k, unit in enumerate(np.eye(x.size)[:m]):
+        residual(chain, work, x, zero, unit, torque, column)
+        inertia[k] = base[:m] - column[:m]
+    slides = chain.link[model.joint_links, KIND] == PRISMATIC
+    scale = np.where(slides, 1.0, 1.0 / (np.sum(np.abs(chain.joint[:, TIP])) or 1.0))
+    return float(np.linalg.cond(inertia * scale * scale[:, None]))
