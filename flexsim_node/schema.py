@@ -383,8 +383,8 @@ class Limits(_Part):
         return self
 
 
-def _limits(warn: float | None, stop: float | None) -> Any:
-    """Limits with defaults, of which a scene may give one or both."""
+def _filled(warn: float | None, stop: float | None) -> Any:
+    """Complete limits of which a scene gives one."""
 
     def filled(given: Any) -> Any:
         if not isinstance(given, dict):
@@ -394,7 +394,7 @@ def _limits(warn: float | None, stop: float | None) -> Any:
         alone = isinstance(least, (int, float)) and warn is not None and least < warn
         return {"warn": None if alone else warn, "stop": stop, **given}
 
-    return Annotated[Limits, BeforeValidator(filled), Field(default=Limits(warn=warn, stop=stop))]
+    return BeforeValidator(filled)
 
 
 class Validity(_Part):
@@ -406,12 +406,12 @@ class Validity(_Part):
     where `centrifugal` is off.
     """
 
-    elastic_rotation: _limits(0.1, 0.5)
-    spin_ratio: _limits(0.3, 1.0)
-    axial_load: _limits(0.5, 1.0)
-    correction: _limits(None, None)
-    erls_condition: _limits(1e3, 1e8)
-    mass_condition: _limits(1e8, 1e14)
+    elastic_rotation: Annotated[Limits, _filled(0.1, 0.5)] = Limits(warn=0.1, stop=0.5)
+    spin_ratio: Annotated[Limits, _filled(0.3, 1.0)] = Limits(warn=0.3, stop=1.0)
+    axial_load: Annotated[Limits, _filled(0.5, 1.0)] = Limits(warn=0.5, stop=1.0)
+    correction: Annotated[Limits, _filled(None, None)] = Limits(warn=None, stop=None)
+    erls_condition: Annotated[Limits, _filled(1e3, 1e8)] = Limits(warn=1e3, stop=1e8)
+    mass_condition: Annotated[Limits, _filled(1e8, 1e14)] = Limits(warn=1e8, stop=1e14)
 
 
 class Solver(_Part):
