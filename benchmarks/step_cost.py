@@ -1,11 +1,11 @@
-"""What a step of the robot costs, by scene, number of links and integrator.
+"""What a step of the robot costs, by scene, number of links, integrator and effect.
 
     python benchmarks/step_cost.py [--quick] [--json]
 
 Two clocks: `call` is what a caller in Python waits for one step (as `run.step_time`), `loop` is the
-mean inside a compiled loop of many steps.  Warm caches, one thread; medians of several rounds,
-because
-other programs on the machine only ever add time.
+mean inside a compiled loop of many steps (not with --quick: that loop is compiled anew).  Warm caches, one
+thread; medians of several rounds, because other programs on the machine only ever add time.  Effects are
+measured in turns within one run, as a ratio.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ import numpy as np
 
 from flexsim_node import Scene, load_scene
 from flexsim_node.integrators import METHODS
+from flexsim_node.schema import Effects
 from flexsim_node.simulation import Simulation
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -65,9 +66,7 @@ def chain(links: int, spatial: bool, method: str = "rosenbrock_w") -> Scene:
             "name": f"chain_{links}",
             "gravity": [1.0, -1.0, -0.5 if spatial else 0.0],
             "damping": {"alpha": 1.0, "beta": 1e-4},
-            "links": [
-                {"name": f"link_{k}", "dh": dh, "beam": beam, "joint": joint} for k in range(links)
-            ],
+            "links": [{"name": f"link_{k}", "dh": dh, "beam": beam, "joint": joint} for k in range(links)],
             "solver": {"method": method},
         }
     )
@@ -101,8 +100,8 @@ def measure(scene: Scene, steps: int, rounds: int) -> dict[str, float]:
         times[k] = time.perf_counter() - begin
         if status != 0:
             raise RuntimeError(f"{scene.name}: {robot.reason}")
-    loops = []
-    for n in range(rounds + 1):
+    loops = [float(np.mean(times))] if rounds == 0 else []
+    for n in range(rounds + 1 if rounds else 0):
         robot = fresh(scene)
         begin = time.perf_counter()
         status = many(
@@ -129,6 +128,48 @@ def measure(scene: Scene, steps: int, rounds: int) -> dict[str, float]:
     }
 
 
+def with_effect(name: str, on: bool) -> dict[str, Any]:
+    """Overrides of the anthropomorphic scene that switch one effect, and give it something to do."""
+    found: dict[str, Any] = {f"effects.{name}": on}
+    if name == "joint_elasticity":
+        for n in range(3):
+            found[f"links.{n}.joint.rotor_inertia"] = 1e-3
+            found[f"links.{n}.joint.stiffness"] = 1e4 if on else None
+    if name == "joint_friction":
+        found.update({f"links.{n}.joint.viscous_friction": 0.1 for n in range(3)})
+    return found
+
+
+def effects(steps: int, rounds: int) -> dict[str, dict[str, float]]:
+    """Median cost of a step with each effect off and on, and with all on, against the scene as it is."""
+    names = list(Effects.model_fields)
+    everything = {key: value for name in names for key, value in with_effect(name, True).items()}
+    cases = {"as the scene is": {}, "everything on": everything}
+    for name in names:
+        for on in (False, True):
+            cases[f"{name} {'on' if on else 'off'}"] = with_effect(name, on)
+    robots = {k: fresh(load_scene(CONFIG / "anthropomorphic.yaml", v)) for k, v in cases.items()}
+    times: dict[str, list[float]] = {name: [] for name in robots}
+    for _ in range(max(rounds, 1)):
+        for name, robot in robots.items():
+            robot.reset()
+            for _ in range(steps):
+                begin = time.perf_counter()
+                status = robot.step()
+                times[name].append(time.perf_counter() - begin)
+                if status != 0:
+                    raise RuntimeError(f"{name}: {robot.reason}")
+    usual = float(np.median(times["as the scene is"]))
+    return {
+        name: {
+            "call_median_us": 1e6 * float(np.median(row)),
+            "ratio": float(np.median(row)) / usual,
+            "unknowns": robots[name].model.unknowns,
+        }
+        for name, row in times.items()
+    }
+
+
 def memory() -> float:
     """Largest resident memory of this process so far, MB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -141,7 +182,7 @@ def exponent(counts: list[int], costs: list[float]) -> float:
 
 def all_figures(quick: bool) -> dict[str, Any]:
     """Every figure, as one object for programs."""
-    steps, rounds = (50, 1) if quick else (2000, 5)
+    steps, rounds = (50, 0) if quick else (2000, 5)
     first = fresh(load_scene(CONFIG / "anthropomorphic.yaml"))
     for _ in range(steps):
         first.step()
@@ -162,14 +203,13 @@ def all_figures(quick: bool) -> dict[str, Any]:
         # an explicit method needs short steps here; the cost of one does not depend on its length
         step = 1e-6 if method == "runge_kutta_4" else 1e-3
         overrides = {"solver.method": method, "solver.step": step}
-        methods[method] = measure(
-            load_scene(CONFIG / "anthropomorphic.yaml", overrides), steps, rounds
-        )
+        methods[method] = measure(load_scene(CONFIG / "anthropomorphic.yaml", overrides), steps, rounds)
     return {
         "machine": machine(),
         "robots": small,
         "chains": chains,
         "methods": methods,
+        "effects": effects(steps // 4, rounds),
         "memory_mb": used,
     }
 
@@ -182,9 +222,7 @@ def row(name: str, found: dict[str, float]) -> str:
 def print_table(found: dict[str, Any]) -> None:
     """The figures for people."""
     print(", ".join(f"{key} {value}" for key, value in found["machine"].items()))
-    head = (
-        f"\n  {'microseconds a step':28}{'unknowns':>9}{'call p50':>11}{'call p99':>11}{'loop':>11}"
-    )
+    head = f"\n  {'microseconds a step':28}{'unknowns':>9}{'call p50':>11}{'call p99':>11}{'loop':>11}"
     print(head)
     for name, figures in found["robots"].items():
         print(row(name, figures))
@@ -196,6 +234,10 @@ def print_table(found: dict[str, Any]) -> None:
     print(head)
     for name, figures in found["methods"].items():
         print(row(f"anthropomorphic, {name}", figures))
+    print(f"\n  {'anthropomorphic':28}{'unknowns':>9}{'call p50':>11}{'ratio':>11}")
+    for name, figures in found["effects"].items():
+        cost, ratio = figures["call_median_us"], figures["ratio"]
+        print(f"  {name:28}{figures['unknowns']:9d}{cost:11.1f}{ratio:11.2f}")
     print(f"\n  memory of a simulation: {found['memory_mb']:.0f} MB")
 
 
