@@ -1,0 +1,1 @@
+"""What accuracy costs in time: a reference, a grid of points, a frontier, a choice."""

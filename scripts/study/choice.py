@@ -1,0 +1,183 @@
+"""The frontier of a study, what to use for a budget or a tolerance, and writing that into the scene."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .point import Measure, Outcome
+
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
+         "m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "K": 1.0}  # fmt: skip
+
+
+def quantity(text: str, units: tuple[str, ...]) -> float:
+    """Read a number with one of these units, as 200us or 0.5mm, in SI units.
+
+    Raises
+    ------
+    ValueError
+    """
+    match = re.fullmatch(r"\s*([0-9.eE+-]+?)\s*([a-zA-Zµμ]+)\s*", text)
+    try:
+        value = float(match[1]) if match and match[2] in units else math.nan
+    except ValueError:
+        value = math.nan
+    if match is None or not value > 0.0 or not math.isfinite(value):
+        raise ValueError(f"{text!r}; give a number and a unit, one of {', '.join(units)}")
+    return value * UNITS[match[2]]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a point's time is judged by.
+
+    rate : control periods a second that a robot has to keep up with, Hz; None for a door, whose time
+        is that of the whole test
+    """
+
+    rate: float | None
+
+    def of(self, outcome: Outcome) -> float:
+        """Time, s: of one control period, with as many steps as it takes, or of a test."""
+        if self.rate is None:
+            return outcome.median
+        if outcome.step is None:
+            return outcome.median / self.rate
+        steps = math.ceil(1.0 / (self.rate * outcome.step) - 1e-6)
+        return steps * outcome.median * outcome.step
+
+    def serves(self, outcome: Outcome) -> bool:
+        """Whether it can answer at the rate: a method that chooses its steps can't promise to."""
+        return self.rate is None or outcome.step is not None
+
+
+def frontier(outcomes: Iterable[Outcome], measure: str) -> list[Outcome]:
+    """Those that nothing else beats in both time and error, cheapest first."""
+    found: list[Outcome] = []
+    for outcome in sorted(
+        (o for o in outcomes if o.ok and math.isfinite(o.error(measure))), key=lambda o: o.median
+    ):
+        if not found or outcome.error(measure) < found[-1].error(measure):
+            found.append(outcome)
+    return found
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What to use, and why, in one sentence; outcome None where nothing will do."""
+
+    outcome: Outcome | None
+    sentence: str
+
+
+def choose(
+    outcomes: Iterable[Outcome],
+    measure: Measure,
+    cost: Cost,
+    budget: float | None,
+    tolerance: float | None,
+    floor: float,
+) -> Choice:
+    """The cheapest within a tolerance, or else the best within a budget; with both, within both.
+
+    budget : s for a control period (a robot) or a test (a door); tolerance : in SI units
+    floor : the smallest error that the study can tell, SI units
+    """
+    usable = [o for o in outcomes if o.ok and cost.serves(o) and math.isfinite(o.error(measure.name))]
+    asked = _asked(measure, cost, budget, tolerance)
+    if not usable:
+        return Choice(None, f"For {asked}: no point of the study ran to its end.")
+    within = [o for o in usable if budget is None or cost.of(o) <= budget]
+    exact = [o for o in within if tolerance is None or o.error(measure.name) <= tolerance]
+    if exact and tolerance is not None:
+        best = min(exact, key=lambda o: (cost.of(o), o.error(measure.name)))
+    elif exact:
+        # Below the floor the study can't tell one from another: there, the cheaper.
+        best = min(exact, key=lambda o: (max(o.error(measure.name), floor), cost.of(o)))
+    elif within:
+        best = min(within, key=lambda o: o.error(measure.name))
+        return Choice(
+            None,
+            f"For {asked} nothing will do: within the time, {use(best, measure, cost)} is the best;"
+            f" {_needs(usable, measure, cost, tolerance)}.",
+        )
+    else:
+        best = min(usable, key=cost.of)
+        return Choice(None, f"For {asked} nothing will do: the cheapest is {use(best, measure, cost)}.")
+    return Choice(best, f"For {asked}, use {use(best, measure, cost)}.")
+
+
+def _asked(measure: Measure, cost: Cost, budget: float | None, tolerance: float | None) -> str:
+    parts = []
+    if budget is not None and cost.rate is not None:
+        parts.append(f"{rate_said(cost.rate)} with {budget * cost.rate:.0%} load ({duration_said(budget)})")
+    elif budget is not None:
+        parts.append(f"{duration_said(budget)} of processor time")
+    elif cost.rate is not None:
+        parts.append(rate_said(cost.rate))
+    if tolerance is not None:
+        parts.append(f"{measure.show(tolerance)} in {measure.label}")
+    return " and ".join(parts) or "the least error"
+
+
+def _needs(usable: list[Outcome], measure: Measure, cost: Cost, tolerance: float | None) -> str:
+    exact = [o for o in usable if tolerance is None or o.error(measure.name) <= tolerance]
+    if not exact:
+        return "no point of the study is that accurate"
+    return f"that accuracy takes {duration_said(min(cost.of(o) for o in exact))}"
+
+
+def use(outcome: Outcome, measure: Measure, cost: Cost) -> str:
+    """For example rosenbrock_w, 2 elements a link, step 1 ms: 0.02 mm, 30 µs of each 1 ms (3 %)."""
+    step = f", step {duration_said(outcome.step)}" if outcome.step else f", tolerance {outcome.size:g}"
+    took = cost.of(outcome)
+    if cost.rate is None:
+        time = f"{duration_said(took)} of processor time"
+    else:
+        time = f"{duration_said(took)} of each {duration_said(1.0 / cost.rate)} ({took * cost.rate:.1%})"
+    return f"{outcome.curve}{step}: {measure.show(outcome.error(measure.name))}, {time}"
+
+
+def duration_said(seconds: float) -> str:
+    """For example 200 µs."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds * 1e6:.3g} µs"
+
+
+def rate_said(rate: float) -> str:
+    """For example 1 kHz."""
+    return f"{rate / 1e3:g} kHz" if rate >= 1e3 else f"{rate:g} Hz"
+
+
+def write_choice(path: Path, overrides: Mapping[str, Any]) -> None:
+    """Put overrides into a scene's file, keeping its comments and its order.
+
+    Raises
+    ------
+    ValueError
+        Where the file has no such place.
+    """
+    from ruamel.yaml import YAML
+
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    yaml.width = 4096
+    text = path.read_text(encoding="utf-8")
+    document = yaml.load(text)
+    for dotted, value in overrides.items():
+        place: Any = document
+        keys = dotted.split(".")
+        for key in keys[:-1]:
+            place = place[int(key)] if isinstance(place, list) else place.setdefault(key, {})
+        place[keys[-1]] = value
+    part = path.with_name(path.name + ".part")
+    with part.open("w", encoding="utf-8") as file:
+        yaml.dump(document, file)
+    part.replace(path)

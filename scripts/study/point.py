@@ -1,0 +1,123 @@
+"""The nouns of a study: a point of the grid, what it came to, the reference and the study itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One kind of error: its name, what a user calls it, its unit and how many of it make that unit."""
+
+    name: str
+    label: str
+    unit: str
+    scale: float = 1.0
+
+    def show(self, value: float | None) -> str:
+        """For example 0.012 mm."""
+        if value is None or not math.isfinite(value):
+            return ""
+        return f"{value * self.scale:.3g} {self.unit}"
+
+
+@dataclass(frozen=True)
+class Point:
+    """One way to simulate the scene.
+
+    curve : points of one curve differ in `size` alone; size : the step (s) or the tolerance
+    overrides : what it changes in the scene, by dotted keys
+    """
+
+    curve: str
+    size: float
+    overrides: Mapping[str, Any]
+
+    @property
+    def name(self) -> str:
+        return f"{self.curve}, {self.size:g}"
+
+
+@dataclass
+class Outcome:
+    """What a point came to.
+
+    status : "ok", or why it has no error; errors {measure: error in SI units, or None}
+    seconds : each repetition's time for one simulated second (a robot) or for the whole test (a door), s
+    step : s of simulated time for one step, None where the method chooses
+    """
+
+    point: str
+    curve: str
+    size: float
+    overrides: dict[str, Any]
+    status: str
+    errors: dict[str, float | None] = field(default_factory=dict)
+    seconds: list[float] = field(default_factory=list)
+    step: float | None = None
+
+    @property
+    def ok(self) -> bool:
+        return self.status == "ok" and bool(self.seconds)
+
+    @property
+    def median(self) -> float:
+        return float(np.median(self.seconds))
+
+    @property
+    def spread(self) -> float:
+        """Half the range of the repetitions, relative to their median."""
+        return (max(self.seconds) - min(self.seconds)) / (2.0 * self.median)
+
+    def error(self, measure: str) -> float:
+        """The error, infinite where there is none."""
+        value = self.errors.get(measure)
+        return math.inf if value is None else value
+
+    def record(self) -> dict[str, Any]:
+        """The outcome as JSON says it."""
+        return asdict(self)
+
+
+@dataclass
+class Reference:
+    """The best answer, how good it is by a second method, and how it was found.
+
+    arrays : what points are compared with; error {measure: its own error}; how : a sentence
+    """
+
+    arrays: dict[str, Array]
+    error: dict[str, float]
+    how: str
+
+
+class Study(Protocol):
+    """What robots and doors have in common."""
+
+    kind: str
+    measures: tuple[Measure, ...]
+
+    @property
+    def fingerprint(self) -> dict[str, Any]:
+        """What a kept point depends on."""
+        ...
+
+    def points(self) -> list[Point]:
+        """The grid, cheapest first."""
+        ...
+
+    def reference(self, progress: Callable[[str], None]) -> Reference:
+        """Make the reference."""
+        ...
+
+    def measure(self, point: Point, reference: Reference) -> Outcome:
+        """Run a point."""
+        ...
