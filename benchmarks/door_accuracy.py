@@ -54,9 +54,7 @@ def burn(overrides: dict[str, Any]) -> tuple[np.ndarray, float]:
 
 def main() -> None:
     """Print the table, or one JSON object."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--json", action="store_true", help="one JSON object")
     arguments = parser.parse_args()
     burn({"solver.model": "column"})
@@ -65,9 +63,7 @@ def main() -> None:
     for name, overrides in VARIANTS.items():
         found, seconds = burn(overrides)
         error = np.abs(found - reference).max(axis=1)
-        rows.append(
-            {"variant": name, "processor_s": seconds, **dict(zip(NAMES, error, strict=True))}
-        )
+        rows.append({"variant": name, "processor_s": seconds, **dict(zip(NAMES, error, strict=True))})
     if arguments.json:
         print(json.dumps(rows))
         return

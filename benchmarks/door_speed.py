@@ -47,9 +47,7 @@ def march(overrides: dict[str, Any], tolerance: float | None = None) -> tuple[He
 
 def main() -> None:
     """Print the table, or one JSON object."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--json", action="store_true", help="one JSON object")
     parser.add_argument("--smoke", action="store_true", help="the column and the strip only, once")
     arguments = parser.parse_args()

@@ -41,9 +41,7 @@ def echo() -> None:
     answers = node.create_publisher(JointState, "~/joint_states", 10)
 
     def answer(command: Float64MultiArray) -> None:
-        answers.publish(
-            JointState(position=command.data, velocity=command.data, effort=command.data)
-        )
+        answers.publish(JointState(position=command.data, velocity=command.data, effort=command.data))
 
     node.create_subscription(Float64MultiArray, "~/commands", answer, 10)
     executor = EventsExecutor()
@@ -66,9 +64,7 @@ class Probe:
 
         self.kind, self.command = JointState, Float64MultiArray
         self.commands = node.create_publisher(Float64MultiArray, f"{name}/commands", 10)
-        self.states = node.create_subscription(
-            JointState, states, lambda _: None, QoSProfile(depth=2000)
-        )
+        self.states = node.create_subscription(JointState, states, lambda _: None, QoSProfile(depth=2000))
         self.sent: dict[float, int] = {}
         self.latency: list[int] = []
         self.stamps: list[tuple[int, int]] = []
@@ -111,9 +107,7 @@ def measure(duration: float) -> dict[str, Any]:
         with tool_node("realtime_benchmark") as node:
             ours = Probe(node, "flexsim_node", "joint_states")
             bare = Probe(node, "echo", "echo/joint_states")
-            while not (
-                ours.commands.get_subscription_count() and bare.commands.get_subscription_count()
-            ):
+            while not (ours.commands.get_subscription_count() and bare.commands.get_subscription_count()):
                 trial.check()
                 time.sleep(0.1)
             begun = time.monotonic()
