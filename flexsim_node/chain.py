@@ -76,7 +76,7 @@ class Workspace(NamedTuple):
     scale: np.ndarray  # (3,): of the stiffness, of the joints' damping and of their springs
     pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)
-    spring: np.ndarray  # (L, 2): joint spring in the matrix, 1 / pivot of its motor
+    spring: np.ndarray  # (L, 3): joint spring in the matrix, 1 / pivot of its motor, Coulomb force over speed
     interface: np.ndarray  # (L, 2B, 2B)
     load: np.ndarray  # (L, 2B)
     answer: np.ndarray  # (L, 2B)
@@ -117,7 +117,7 @@ def workspace(chain: Chain) -> Workspace:
         scale=np.zeros(3),
         pivot=np.zeros((nodes * b, 3 * b + 1)),
         joint_pivot=np.zeros((links, 2, 2 * b + 2)),
-        spring=np.zeros((links, 2)),
+        spring=np.zeros((links, 3)),
         interface=np.zeros((links, 2 * b, 2 * b)),
         load=np.zeros((links, 2 * b)),
         answer=np.zeros((links, 2 * b)),

@@ -41,7 +41,7 @@ from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
 
 
 @kernel
-def joint_force(chain, x, v, a, torque, out):
+def joint_force(chain, work, x, v, a, torque, out):
     """Add motor torque minus friction and rotor inertia, on the physical joint angle q + phi.
 
     Where a spring stands between motor and link they act on the motor's own angle.
@@ -63,7 +63,11 @@ def joint_force(chain, x, v, a, torque, out):
             rate, acceleration = v[motor], a[motor]
         effort = torque[m] - joint[n, VISCOUS] * rate - joint[n, ROTOR] * acceleration
         if joint[n, COULOMB] > 0.0:
-            effort -= joint[n, COULOMB] * np.tanh(rate / joint[n, COULOMB_SPEED])
+            held = joint[n, COULOMB] * np.tanh(rate / joint[n, COULOMB_SPEED])
+            effort -= held
+            # for the iteration the secant, not the slope: that vanishes while the joint still slides
+            slow = abs(rate) < 1e-6 * joint[n, COULOMB_SPEED]
+            work.spring[n, 2] = joint[n, COULOMB] / joint[n, COULOMB_SPEED] if slow else held / rate
         if motor >= 0:
             out[motor] += effort - spring
             effort = spring
@@ -144,7 +148,7 @@ def residual(chain, work, x, v, a, torque, out):
     gather(chain, work, out)
     for i in range(out.size):
         out[i] = -out[i]
-    joint_force(chain, x, v, a, torque, out)
+    joint_force(chain, work, x, v, a, torque, out)
 
 
 @kernel

@@ -278,7 +278,7 @@ def eliminate_joint(chain, work, n, z, b, phi_column, q_column):
     has_phi = link[n, PHI] >= 0
     if not (moves or has_phi):
         return True
-    rotor = joint[n, ROTOR] + work.scale[1] * joint[n, VISCOUS]
+    rotor = joint[n, ROTOR] + work.scale[1] * (joint[n, VISCOUS] + work.spring[n, 2])
     if link[n, MOTOR] >= 0:
         # the motor's own angle goes first, and leaves its inertia behind the spring
         spring = work.scale[2] * joint[n, SPRING] + work.scale[1] * joint[n, DAMPER]

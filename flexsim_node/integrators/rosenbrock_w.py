@@ -71,7 +71,7 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh):
     """
     rhs, da = work.vector[1], work.vector[2]
     damped = 1.0 / (1.0 + gh * chain.setting[ALPHA])
-    m = chain.setting[COORDINATES]
+    m = int(chain.setting[COORDINATES])
     drive_joints(chain, work, motion, x, v, a)
     for k in range(NEWTON_STEPS):
         residual(chain, work, x, v, a, torque, rhs)
