@@ -38,11 +38,11 @@ def command(names: tuple[str, ...], listed: bool, as_json: bool) -> None:
                 raise click.UsageError(f"No case {name!r}. Cases: {', '.join(known)}.")
         cases = [c for c in cases if any(fnmatch.fnmatch(c.name, name) for name in names)]
     if listed:
-        rows = [(case.name, case.why, case.holds) for case in cases]
         if as_json:
-            print_json({name: {"why": why, "holds": holds} for name, why, holds in rows})
+            print_json({case.name: {"why": case.why, "holds": case.holds} for case in cases})
         else:
-            print_table("hard cases", ["case", "why it is hard", "what must hold"], rows)
+            words = [(case.name, case.why, case.holds) for case in cases]
+            print_table("hard cases", ["case", "why it is hard", "what must hold"], words)
         return
     results: dict[str, Any] = {}
     with Progress(transient=True) as progress:

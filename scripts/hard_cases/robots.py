@@ -118,7 +118,8 @@ def step_of(h: float, steps: int) -> Outcome:
 
 def explicit_on_steel() -> Outcome:
     scene = planar(bar("link_1", 0.5), bar("link_2", 0.5))
-    run = fall(scene, **{"solver.method": "runge_kutta_4"})
+    explicit: dict[str, Any] = {"solver.method": "runge_kutta_4"}
+    run = fall(scene, **explicit)
     return stopped(run, "beyond all bounds", "validity", "singular")
 
 

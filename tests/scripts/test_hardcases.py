@@ -7,7 +7,6 @@ import warnings
 from pathlib import Path
 
 import pytest
-
 from flexsim.hard_cases import all_cases
 
 CASES = {case.name: case for case in all_cases()}
