@@ -198,6 +198,7 @@ def carry_out(study: Study, folder: Path, fresh: bool) -> tuple[Reference, list[
                 )
             if point.name not in store.outcomes:
                 store.keep(study.measure(point, reference))
+            store.outcomes[point.name].effect = point.effect
             bar.advance(task)
     return reference, [store.outcomes[p.name] for p in points]
 
@@ -247,6 +248,7 @@ def report(
         "points": [
             o.record() | ({"median": o.median, "spread": o.spread} if o.seconds else {}) for o in outcomes
         ],
+        "effects": [o.point for o in outcomes if o.effect],
         "frontier": [o.point for o in frontier(outcomes, main)],
         "orders": observed_orders(outcomes, order, 3.0 * reference.error[order]),
         "sentence": choice.sentence,
@@ -281,6 +283,11 @@ def print_study(
     unit = "time a period" if cost.rate else "time"
     title = f"{found['name']}: {len(outcomes)} points; those that nothing beats in both time and error:"
     print_table(title, ["method", "step", unit, "spread", *(m.label for m in shown)], rows)
+    effects = [
+        [o.curve, *(m.show(o.errors.get(m.name)) for m in shown)] for o in outcomes if o.effect and o.ok
+    ]
+    if effects:
+        print_table("What each effect changes:", ["effect", *(m.label for m in shown)], effects)
     failed = [[o.point, o.status] for o in outcomes if not o.ok]
     if failed:
         print_table("Without a result:", ["point", "why"], failed)

@@ -52,16 +52,17 @@ class Cost:
         return steps * outcome.median * outcome.step
 
     def serves(self, outcome: Outcome) -> bool:
-        """Whether it can answer at the rate: a method that chooses its steps can't promise to."""
-        return self.rate is None or outcome.step is not None
+        """Whether it can answer at the rate: not with steps longer than a period, or of its own choice."""
+        if self.rate is None:
+            return True
+        return outcome.step is not None and outcome.step * self.rate < 1.0 + 1e-6
 
 
 def frontier(outcomes: Iterable[Outcome], measure: str) -> list[Outcome]:
-    """Those that nothing else beats in both time and error, cheapest first."""
+    """Those that nothing else beats in both time and error, cheapest first; effects do not compete."""
     found: list[Outcome] = []
-    for outcome in sorted(
-        (o for o in outcomes if o.ok and math.isfinite(o.error(measure))), key=lambda o: o.median
-    ):
+    able = (o for o in outcomes if o.ok and not o.effect and math.isfinite(o.error(measure)))
+    for outcome in sorted(able, key=lambda o: o.median):
         if not found or outcome.error(measure) < found[-1].error(measure):
             found.append(outcome)
     return found
@@ -88,7 +89,11 @@ def choose(
     budget : s for a control period (a robot) or a test (a door); tolerance : in SI units
     floor : the smallest error that the study can tell, SI units
     """
-    usable = [o for o in outcomes if o.ok and cost.serves(o) and math.isfinite(o.error(measure.name))]
+    usable = [
+        o
+        for o in outcomes
+        if o.ok and not o.effect and cost.serves(o) and math.isfinite(o.error(measure.name))
+    ]
     asked = _asked(measure, cost, budget, tolerance)
     if not usable:
         return Choice(None, f"For {asked}: no point of the study ran to its end.")

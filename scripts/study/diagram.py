@@ -37,7 +37,7 @@ def draw(
     figure, axes = plt.subplots(figsize=(10.5, 6.5), constrained_layout=True)
     curves: dict[str, list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
-        if outcome.ok and np.isfinite(outcome.error(measure.name)):
+        if outcome.ok and not outcome.effect and np.isfinite(outcome.error(measure.name)):
             curves[outcome.curve].append(outcome)
     colours = plt.get_cmap("tab20")
     for number, (name, points) in enumerate(curves.items()):

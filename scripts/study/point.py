@@ -35,11 +35,13 @@ class Point:
 
     curve : points of one curve differ in `size` alone; size : the step (s) or the tolerance
     overrides : what it changes in the scene, by dotted keys
+    effect : whether it changes what is simulated rather than how; shown, but never advised
     """
 
     curve: str
     size: float
     overrides: Mapping[str, Any]
+    effect: bool = False
 
     @property
     def name(self) -> str:
@@ -53,6 +55,7 @@ class Outcome:
     status : "ok", or why it has no error; errors {measure: error in SI units, or None}
     seconds : each repetition's time for one simulated second (a robot) or for the whole test (a door), s
     step : s of simulated time for one step, None where the method chooses
+    effect : as the point's
     """
 
     point: str
@@ -63,6 +66,7 @@ class Outcome:
     errors: dict[str, float | None] = field(default_factory=dict)
     seconds: list[float] = field(default_factory=list)
     step: float | None = None
+    effect: bool = False
 
     @property
     def ok(self) -> bool:

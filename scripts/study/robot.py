@@ -19,6 +19,7 @@ EXPLICIT_STEPS = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6)
 TOLERANCES = (1e-3, 1e-5, 1e-7)
 ELEMENTS = (1, 2, 4, 8)
 VARIANT_STEPS = (2e-3, 1e-3, 5e-4)
+EFFECT_STEP = 1e-3
 SAMPLES = 100
 RINGS = 8
 """Periods of the slowest vibration that are listened to."""
@@ -121,16 +122,22 @@ class RobotStudy:
         for said, overrides in self._variants():
             for step in steps[:1] if self.quick else VARIANT_STEPS:
                 add(said, step, {"solver.step": step, **overrides})
+        for said, overrides in self._effects():
+            found.append(Point(said, EFFECT_STEP, {"solver.step": EFFECT_STEP, **overrides}, effect=True))
         return found
+
+    def _effects(self) -> list[tuple[str, dict[str, Any]]]:
+        """Each effect the other way round."""
+        found: list[tuple[str, dict[str, Any]]] = []
+        for name, value in self.scene.effects:
+            if isinstance(value, bool):
+                found.append((f"{name} {'off' if value else 'on'}", {f"effects.{name}": not value}))
+        return found[:3] if self.quick else found
 
     def _variants(self) -> list[tuple[str, dict[str, Any]]]:
         """Each choice that the scene's schema offers beside integrator, step and mesh, one at a time."""
         scene = self.scene
         found: list[tuple[str, dict[str, Any]]] = []
-        for name, value in scene.effects:
-            if isinstance(value, bool):
-                other = "off" if value else "on"
-                found.append((f"{name} {other}", {f"effects.{name}": not value}))
         zeroed = scene.erls.zeroed
         found += [(f"zeroed: {s}", {"erls.zeroed": s}) for s in ("root", "chord") if s != zeroed]
         fields = type(scene).model_fields
@@ -142,7 +149,7 @@ class RobotStudy:
             found += [(f"reduction: {n} modes", {"reduction": {"modes": n}}) for n in (1, 2, 4)]
         for key, values in self.vary.items():
             found += [(f"{key}={value}", {key: value}) for value in values]
-        return found[:3] if self.quick else found
+        return found[:1] if self.quick else found
 
     # Runs
 
@@ -269,8 +276,8 @@ class RobotStudy:
 
     def measure(self, point: Point, reference: Reference) -> Outcome:
         """Run a point: its errors, and its time by repetition."""
-        outcome = Outcome(point.curve, point.curve, point.size, dict(point.overrides), "ok")
-        outcome.point = point.name
+        outcome = Outcome(point.name, point.curve, point.size, dict(point.overrides), "ok")
+        outcome.effect = point.effect
         try:
             scene = self._scene(point.overrides)
             self._move(scene, 0.0)

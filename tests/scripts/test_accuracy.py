@@ -45,6 +45,13 @@ def test_the_frontier_is_what_nothing_beats_in_both() -> None:
     assert [o.point for o in frontier(POINTS[:4], "tip")] == ["coarse", "middle", "fine"]
 
 
+def test_an_effect_left_out_is_not_advised() -> None:
+    cheap = outcome("gravity off", 1e-9, 1e-3)
+    cheap.effect = True
+    assert cheap not in frontier([*POINTS, cheap], "tip")
+    assert choose([*POINTS, cheap], TIP, Cost(1000.0), None, 5e-4, 1e-9).outcome is POINTS[1]
+
+
 def test_the_choice_from_either_side() -> None:
     cost = Cost(1000.0)
     within = choose(POINTS, TIP, cost, None, 5e-4, 1e-9)
@@ -67,6 +74,8 @@ def test_a_control_period_takes_whole_steps() -> None:
     assert Cost(1000.0).of(outcome("short", 0.0, 0.1, 2.5e-4)) == pytest.approx(100e-6)
     assert Cost(1000.0).of(outcome("long", 0.0, 0.1, 4e-3)) == pytest.approx(400e-6)
     assert not Cost(1000.0).serves(POINTS[4])
+    assert not Cost(1000.0).serves(outcome("long", 0.0, 0.1, 2e-3))
+    assert Cost(1000.0).serves(POINTS[0])
     assert Cost(None).of(POINTS[3]) == pytest.approx(0.3)
 
 
@@ -155,7 +164,7 @@ def test_a_robots_study(studied: tuple[Path, dict]) -> None:
     folder, found = studied
     points = {p["point"]: p for p in found["points"]}
     assert all(p["status"] == "ok" for p in points.values())
-    assert len(points) == 15
+    assert len(points) == 16
     smallest = min(p["errors"]["tip"] for p in points.values())
     assert found["reference"]["error"]["tip"] < 0.1 * smallest
     for method in ("rosenbrock_w", "generalized_alpha"):
