@@ -247,14 +247,12 @@ class Assembly:
         )
 
     def directions(self, fixed: np.ndarray) -> np.ndarray:
-        """(n, k) how all unknowns move with the free ones: fixed joints keep what their encoders show."""
+        """(n, k) how all unknowns move with the free ones: fixed motors keep what their encoders show."""
         model = self.model
-        m, n = model.joints, model.unknowns
-        free = [*np.flatnonzero(~fixed), *range(m, n)]
-        along = np.eye(n)[:, free]
-        for k in np.flatnonzero(fixed):
-            if model.turn[k] >= 0:
-                along[k, free.index(model.turn[k])] = -1.0
+        held = model.turned[fixed]
+        along = np.delete(np.eye(model.unknowns), held, axis=1)
+        own = np.flatnonzero(fixed & (model.turn >= 0) & (model.motor < 0))
+        along[own] -= along[model.turn[own]]
         return along
 
     def motions(self, x: np.ndarray, fixed: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ import numpy as np
 from .chain import (
     ACCELERATION,
     ANGULAR,
+    COORDINATES,
     COUNT,
     DIRECTION,
     DISPLACEMENT,
@@ -282,7 +283,7 @@ def constrain(chain, work, da, damped):
     G and the second derivatives are those of `linearise`; `damped` scales the elastic part, as in the
     integrators.
     """
-    w, n, m = work.closure, work.memory.size, work.drive.shape[1]
+    w, n, m = work.closure, work.memory.size, int(chain.setting[COORDINATES])
     count = w.shape[0]
     tail = 2 * n + count
     for k in range(count):
@@ -358,4 +359,5 @@ def close(chain, work, x, v, still):
         before = size
         resolve(w, n)
         subtract(w, n, v)
+    accelerate(chain, work, v, still)  # the watch looks at how fast links turn
     return True

@@ -203,7 +203,7 @@ def linearize(
         assembly = Assembly(model)
         x0, push = assembly.rest(unknowns_at(model, q), model.actuated)
         moving, ways = assembly.independent(x0, moving)
-        torque = -assembly.force(x0, push)[: model.joints]
+        torque = -assembly.force(x0, push)[turned]
         stiffness = assembly.stiffness(x0, push)
     else:
         x0 = rest_shape(model, q)

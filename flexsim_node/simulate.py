@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -39,7 +38,8 @@ class Run:
         before: at most 1, 0 at a singular configuration
     step_time : s of wall-clock for each step
     validity : the largest of each figure of the validity watch, by name
-    warnings : what passed a limit of the scene's `validity` without ending the run, a sentence each
+    warnings : what passed a limit of the scene's `validity` without ending the run, and when loops came near
+        a singular configuration, a sentence each
     status : "ok", or the reason why the run ended before its time (its samples end there too)
     node_names : (N,) link/number
     sensors : name of each of the scene's sensors to its readings, (K,) strain, (K, 10) imu, (K, 7) pose,
@@ -138,7 +138,7 @@ def simulate(
     step_time = np.zeros((samples - 1) * substeps)
     h = robot.step_size
     taken = kept = 0
-    warned = False
+    near: tuple[str, ...] = ()
     constant = torque is None or isinstance(torque, np.ndarray)
     for k in range(samples):
         view = robot.look()
@@ -155,9 +155,8 @@ def simulate(
         if robot.assembly is not None and robot.singularity is not None:
             loop_gap[k] = robot.assembly.gaps(robot.x)
             conditioning[k] = robot.singularity.worst
-            if robot.singularity.near and not warned:
-                warnings.warn(f"{scene.name}: at {times[k]:.4g} s {robot.singularity.warning}", stacklevel=2)
-                warned = True
+            if robot.singularity.near and not near:
+                near = (f"at {times[k]:.4g} s {robot.singularity.warning}",)
             robot.singularity.worst = 1.0
         kept = k + 1
         if times[k] >= next_look or k == samples - 1:
@@ -213,7 +212,7 @@ def simulate(
         conditioning[:kept],
         step_time[:taken],
         {finding.name: finding.value for finding in robot.watch.findings()},
-        robot.watch.sentences("warn"),
+        near + robot.watch.sentences("warn"),
         reason,
         robot.model.node_names,
         {name: (r[:kept, 0] if r.shape[1] == 1 else r[:kept]) for name, r in readings.items()},

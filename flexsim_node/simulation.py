@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .acceleration import NOT_VALID, OK, REASONS, drive_joints
+from .acceleration import LOOP_OPEN, NOT_VALID, OK, REASONS, drive_joints
 from .assembly import Assembly
 from .binding import STEPPERS, bind
 from .chain import workspace
@@ -14,7 +14,7 @@ from .model import Model, build_model
 from .observation import Observation
 from .scene import Scene, SceneError
 from .sensors import Sensors
-from .singularity import Singularity
+from .singularity import NEAR, Singularity
 from .statics import rest_shape
 from .validity import ValidityWatch
 
@@ -90,9 +90,11 @@ class Simulation:
         assert self.assembly is not None
         fixed = self.model.actuated | self.work.held[self.model.joint_links]
         self.x[:] = self.assembly.position(self.x, fixed)
+        copy_to_motors(self.model, self.x)
         if self.scene.initial.shape == "static":
             self.x[:], _ = self.assembly.rest(self.x, fixed)
         self.v[:] = self.assembly.velocity(self.x, self.v, fixed)
+        copy_to_motors(self.model, self.v)
 
     def prepare(self) -> None:
         """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""
@@ -155,6 +157,8 @@ class Simulation:
             self.time += self.step_size
             if self.singularity is not None:
                 self.singularity.look(self.work)
+        elif self.status != NOT_VALID and self.singularity is not None and self.singularity.now < NEAR:
+            self.status = LOOP_OPEN
         return self.status
 
     @property

@@ -9,7 +9,7 @@ from .kernel import kernel
 
 SWEEPS = 12
 SETTLED = 1e-12
-NEAR = 0.05  # conditioning that is worth a warning
+NEAR = 0.1  # conditioning that is worth a warning
 
 
 @kernel

@@ -101,7 +101,7 @@ def static_equilibrium(scene: Scene, position: np.ndarray | list[float]) -> Stat
     if scene.loops:
         assembly = Assembly(model)
         x, push = assembly.rest(unknowns_at(model, q), model.actuated)
-        torque = np.where(model.actuated, -assembly.force(x, push)[: model.joints], 0.0)
+        torque = np.where(model.actuated, -assembly.force(x, push)[model.turned], 0.0)
     else:
         x = rest_shape(model, q)
         torque = -forces(model, x)[model.turned]

@@ -124,17 +124,19 @@ class SliderCrank:
         )
 
 
+def slope(function, at: float, step: float = 2e-4) -> float:
+    """Derivative by five points."""
+    near = (function(at + step) - function(at - step)) / (2.0 * step)
+    far = (function(at + 2.0 * step) - function(at - 2.0 * step)) / (4.0 * step)
+    return (4.0 * near - far) / 3.0
+
+
 def crank_motion(mechanism, start: float, speed: float, torque: float, times: np.ndarray) -> np.ndarray:
-    """(K,) crank angles under a constant torque that never lets it stop, by the balance of energy."""
-    begun = 0.5 * mechanism.inertia(start) * speed**2 + mechanism.height(start) - torque * start
+    """(2, K) crank angles and rates under a constant torque: J a + J' w^2 / 2 + V' = torque."""
 
-    def rate(_, theta):
-        return np.sqrt(2.0 * (begun + torque * theta - mechanism.height(theta)) / mechanism.inertia(theta))
+    def rate(_, y):
+        theta, w = y
+        bias = 0.5 * slope(mechanism.inertia, theta) * w * w + slope(mechanism.height, theta)
+        return w, (torque - bias) / mechanism.inertia(theta)
 
-    return solve_ivp(rate, (0.0, times[-1]), [start], "DOP853", t_eval=times, rtol=1e-12, atol=1e-13).y[0]
-
-
-def crank_speed(mechanism, start: float, speed: float, torque: float, theta: np.ndarray) -> np.ndarray:
-    """(K,) rates of the crank at its angles theta."""
-    begun = 0.5 * mechanism.inertia(start) * speed**2 + mechanism.height(start) - torque * start
-    return np.sqrt(2.0 * (begun + torque * theta - mechanism.height(theta)) / mechanism.inertia(theta))
+    return solve_ivp(rate, (0.0, times[-1]), [start, speed], "DOP853", t_eval=times, rtol=1e-11, atol=1e-12).y
