@@ -1,5 +1,6 @@
 """The flexible robot: scene -> model -> equations -> integrators -> simulate."""
 
+from .effects import Decision, resolve_effects
 from .linearization import LinearModel, linearize
 from .modes import Modes, mode_shapes, natural_frequencies
 from .scene import Scene, SceneError, load_scene
@@ -7,6 +8,7 @@ from .simulate import Run, simulate
 from .statics import StaticEquilibrium, static_equilibrium
 
 __all__ = [
+    "Decision",
     "LinearModel",
     "Modes",
     "Run",
@@ -17,6 +19,7 @@ __all__ = [
     "load_scene",
     "mode_shapes",
     "natural_frequencies",
+    "resolve_effects",
     "simulate",
     "static_equilibrium",
 ]

@@ -21,6 +21,7 @@ from sensor_msgs.msg import JointState, PointCloud2, PointField
 
 from .chain import COUNT, FIRST
 from .commands import Commands
+from .effects import Decision
 from .model import Model
 from .realtime import SECOND, Report
 from .robot_description import equivalent_rectangle
@@ -231,6 +232,15 @@ def diagnostics(report: Report, commands: Commands, scene_name: str, mode: str) 
         ),
     ]
     return message
+
+
+def effects_status(decision: Decision, scene_name: str) -> DiagnosticStatus:
+    """Return which effects the scene left open, what each changes, and which are off."""
+    values = {c.name: f"{'off' if c.name in decision.left_out else 'on'}, {c.change:.3g} m without it"
+              for c in decision.changes}  # fmt: skip
+    values["tolerance, m"] = f"{decision.tolerance:g}"
+    values["left out together, m"] = f"{decision.together:.3g}"
+    return _status("effects", DiagnosticStatus.OK, decision.sentences()[-1], scene_name, values)
 
 
 def _microseconds(name: str, p50: float | None, p99: float, worst: float) -> dict[str, str]:

@@ -27,6 +27,7 @@ from .beam import (
     TORSION,
 )
 from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
+from .effects import Decision, resolve_effects
 from .erls import beam_axes, erls_condition, rotation_x, zeroed_directions
 from .loops import closing_equations, flat
 from .rigid_body import body_vectors, pseudo_inertia
@@ -56,6 +57,7 @@ class Model:
     motor : (m,) unknown of the motor's angle where a spring stands between it and the link, or -1
     zeroed : for each link the zeroed dofs, (node, dof) to a direction (6,) in beam axes
     limits : (6, 2) where the validity watch warns and stops
+    decision : how the scene's open effects (`auto`) were decided; `scene` is the decided one
     """
 
     scene: Scene
@@ -72,6 +74,7 @@ class Model:
     motor: np.ndarray
     zeroed: list[dict[tuple[int, int], np.ndarray]]
     limits: np.ndarray
+    decision: Decision | None = None
 
     @property
     def swings(self) -> bool:
@@ -247,6 +250,10 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
     SceneError
         where the zeroed dofs don't define the ERLS
     """
+    decision = None
+    if scene.effects.undecided:
+        decision = resolve_effects(scene)
+        scene = decision.scene
     if planar is None:
         planar = is_planar(scene)
     effects = scene.effects
@@ -417,6 +424,7 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         motor=np.array(motors, dtype=np.int64),
         zeroed=zeroed,
         limits=limits,
+        decision=decision,
     )
     condition = erls_condition(chain, zeroed, scene.start("position"))
     if not condition < CONDITION_LIMIT:

@@ -33,6 +33,7 @@ from .integrators import METHODS
 from .realtime import Loop, Output
 from .robot_description import robot_description
 from .scene import Scene, SceneError, load_scene
+from .sensor_messages import SensorMessages
 from .settings import SettingError, Settings, meanings, schedule, settings
 from .simulation import Simulation
 
@@ -66,6 +67,7 @@ class FlexsimNode(Node):
         elastic = self.create_publisher(ElasticState, "~/elastic_state", QoSProfile(depth=10))
         shape = self.create_publisher(PointCloud2, "~/deformed_shape", QoSProfile(depth=10))
         outputs = [
+            *self._sensor_outputs(robot, timing.state),
             output(timing.state, joints, messages.joint_state),
             output(timing.elastic, elastic, messages.elastic_state),
             output(timing.shape, shape, messages.deformed_shape),
@@ -89,11 +91,29 @@ class FlexsimNode(Node):
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self.publish_diagnostics, clock=steady)
         self._said_stopped = False
+        for line in robot.model.decision.sentences() if robot.model.decision else ():
+            self.get_logger().info(f"effects: {line}")
         self.get_logger().info(
             f"{self.scene.name}: {robot.model.joints} joints, {robot.model.unknowns} unknowns, "
             f"step {timing.step:g} s, {self.settings.mode}; "
             f"kernels ready in {time.monotonic() - begun:.1f} s"
         )
+
+    def _sensor_outputs(self, robot: Simulation, every: int) -> list[Output]:
+        """Publishers of the scene's sensors: before the joint states, for who waits for those."""
+        sensors = SensorMessages(robot)
+        if not sensors.topics:
+            return []
+        publishers = {
+            name: self.create_publisher(kind, f"~/sensors/{name}", QoSProfile(depth=10))
+            for name, kind in sensors.topics.items()
+        }
+
+        def publish(time: int) -> None:
+            for name, message in sensors.serialized(time).items():
+                publishers[name].publish(message)
+
+        return [Output(every, publish)]
 
     def _read_parameters(self) -> Settings:
         declared: dict[str, Any] = self.get_parameters_by_prefix("")
@@ -146,6 +166,9 @@ class FlexsimNode(Node):
         message = conversions.diagnostics(
             report, self.commands, self.scene.name, self.settings.mode
         )
+        if self.loop.robot.model.decision is not None:
+            decision = self.loop.robot.model.decision
+            message.status.append(conversions.effects_status(decision, self.scene.name))
         self._diagnostics.publish(message)
         if last:
             self._diagnostics.wait_for_all_acked(Duration(seconds=0.5))

@@ -87,7 +87,7 @@ def _remedy(error: Any, path: tuple[Any, ...], document: Any) -> str:
     if kind.startswith("int_"):
         return "give a whole number"
     if kind.startswith("bool_"):
-        return "give true or false"
+        return "give true, false or auto" if "effects" in path else "give true or false"
     if kind in ("string_type", "string_too_short"):
         return "give a name"
     if kind == "greater_than_equal":

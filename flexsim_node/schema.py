@@ -56,7 +56,7 @@ Name = Annotated[str, Field(min_length=1)]
 
 BASE = "base"  # the ground, as a link's parent
 
-Switch = bool
+Switch = bool | Literal["auto"]  # auto: decided by what leaving it out changes at the tip (effects.py)
 
 
 class _Part(BaseModel):
@@ -308,6 +308,8 @@ class Sensor(_Part):
     def _placed(self) -> Sensor:
         if self.at is not None and self.fraction is not None:
             raise ValueError("has both at and fraction; give one of the two")
+        if self.name == "strain_gauges":
+            raise ValueError("is named strain_gauges, as the topic of all gauges is; give another name")
         gauge = self.type == "strain_gauge"
         if gauge and (self.side is None) == (self.point is None):
             raise ValueError("is a strain gauge; give side (+y, -y, +z, -z), or point: [y, z] in m")
@@ -413,6 +415,48 @@ class Validity(_Part):
     erls_condition: Annotated[Limits, _filled(1e3, 1e8)] = Limits(warn=1e3, stop=1e8)
     mass_condition: Annotated[Limits, _filled(1e8, 1e14)] = Limits(warn=1e8, stop=1e14)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _all_open(cls, value: Any) -> Any:
+        return dict.fromkeys(cls.model_fields, "auto") if value == "auto" else value
+
+    @property
+    def undecided(self) -> tuple[str, ...]:
+        """Names of the effects that are `auto`."""
+        return tuple(name for name in type(self).model_fields if getattr(self, name) == "auto")
+
+
+class Torque(_Part):
+    """What a motor gives over time, between `start` and `end`; entries of one joint add up.
+
+    constant: amplitude; sine: offset + amplitude sin(2 pi frequency (t - start) + phase); table: linear
+    between its rows, held before the first and after the last.
+    """
+
+    joint: str
+    type: Literal["constant", "sine", "table"]
+    amplitude: Number = 0.0
+    frequency: Annotated[Number, _between(0.0, 1e5, "Hz")] = 0.0
+    phase: Annotated[Number, _between(-1e3, 1e3, "rad")] = 0.0
+    offset: Number = 0.0
+    start: NotNegative = 0.0
+    end: Positive | None = None
+    time: tuple[Number, ...] = ()
+    value: tuple[Number, ...] = ()
+
+    @model_validator(mode="after")
+    def _complete(self) -> Torque:
+        table = self.type == "table"
+        if table and (len(self.time) < 1 or len(self.time) != len(self.value)):
+            raise ValueError("is a table; give time and value, lists of the same length")
+        if table and any(b <= a for a, b in zip(self.time, self.time[1:], strict=False)):
+            raise ValueError("has a time that does not rise; give rising seconds")
+        if not table and (self.time or self.value):
+            raise ValueError(f"is of type {self.type}, which has no time and value; leave them out")
+        if self.end is not None and self.end <= self.start:
+            raise ValueError(f"ends at {self.end:g} s, not after its start; give a later end")
+        return self
+
 
 class Solver(_Part):
     method: Literal["rosenbrock_w", "generalized_alpha", "runge_kutta_4", "radau", "dop853"] = "rosenbrock_w"
@@ -438,6 +482,9 @@ class Scene(_Part):
     validity: Validity = Validity()
     solver: Solver = Solver()
     sensors: tuple[Sensor, ...] = ()
+    torque: tuple[Torque, ...] = ()
+    duration: Annotated[Number, _between(0.0, 1e6, "s", open_low=True)] = 1.0
+    tolerance: Positive | None = None
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -546,7 +593,25 @@ class Scene(_Part):
                     f"is {zeroed.node}; the end of {zeroed.link} is node {beam.elements}",
                 )
         self._check_sensors(names)
+        self._check_torque()
+        if self.effects.undecided and self.tolerance is None:
+            raise Misplaced(
+                ("effects",),
+                f"leave {self.effects.undecided[0]} to auto, but the scene has no tolerance to decide by;"
+                " give tolerance: metres at the tip, such as 1.0e-4",
+            )
         return self
+
+    def _check_torque(self) -> None:
+        known = self.joint_names
+        for n, entry in enumerate(self.torque):
+            if entry.joint not in known:
+                near = difflib.get_close_matches(entry.joint, known, 1)
+                raise Misplaced(
+                    ("torque", n, "joint"),
+                    f"is {entry.joint!r}, which does not exist; "
+                    f"give {near[0] if near else 'one of ' + ', '.join(known)}",
+                )
 
     def _check_sensors(self, links: list[str]) -> None:
         for n, sensor in enumerate(self.sensors):

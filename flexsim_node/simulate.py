@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .acceleration import NOT_VALID, OK
+from .effects import Decision
 from .integrators.adaptive import Adaptive
 from .scene import Scene
 from .simulation import Simulation, joint_index
+from .torque_profile import torque_profile
 
 Torque = Callable[[float], np.ndarray] | np.ndarray | None
 Wrench = Mapping[str, Callable[[float], np.ndarray]]
@@ -44,6 +46,7 @@ class Run:
     node_names : (N,) link/number
     sensors : name of each of the scene's sensors to its readings, (K,) strain, (K, 10) imu, (K, 7) pose,
         (K, 6) section_force; see sensors.py
+    decision : which effects were simulated, where the scene leaves any to `auto`
     """
 
     time: np.ndarray
@@ -63,6 +66,7 @@ class Run:
     status: str
     node_names: tuple[str, ...]
     sensors: dict[str, np.ndarray] = field(default_factory=dict)
+    decision: Decision | None = None
 
 
 def simulate(
@@ -77,7 +81,8 @@ def simulate(
 
     Parameters
     ----------
-    torque : None, a callable t -> (m,), or an array (K, m) held between samples; zero at passive joints
+    torque : a callable t -> (m,), or an array (K, m) held between samples, zero at passive joints; the
+        scene's own profile where None
     sample_period : s between samples; the scene's step where None.  Steps are as long as the scene says,
         shortened so that a whole number of them makes a period
     wrench : link name to a callable t -> (6,), force (N) and moment (N m) on that link's end along the axes
@@ -97,6 +102,7 @@ def simulate(
         raise ValueError(f"sample_period {sample_period!r}; give seconds, more than zero")
     prescribed = dict(prescribed or {})
     substeps = max(1, int(np.ceil(period / step - 1e-9)))
+    torque = torque_profile(scene) if torque is None else torque
     robot = Simulation(scene, period / substeps, tuple(prescribed))
     samples = int(np.floor(duration / period + 1e-9)) + 1
     m = robot.model.joints
@@ -216,6 +222,7 @@ def simulate(
         reason,
         robot.model.node_names,
         {name: (r[:kept, 0] if r.shape[1] == 1 else r[:kept]) for name, r in readings.items()},
+        robot.model.decision,
     )
 
 

@@ -31,9 +31,15 @@ class Simulation:
     motion : (3, 3, m) prescribed position, velocity, acceleration of held joints at the same times
     """
 
-    def __init__(self, scene: Scene, step: float | None = None, held: tuple[str, ...] = ()) -> None:
-        self.scene = scene
-        self.model: Model = build_model(scene, driven=held)
+    def __init__(
+        self,
+        scene: Scene,
+        step: float | None = None,
+        held: tuple[str, ...] = (),
+        planar: bool | None = None,
+    ) -> None:
+        self.model: Model = build_model(scene, planar, driven=held)
+        self.scene = scene = self.model.scene  # its open effects decided
         self.work = workspace(self.model.chain)
         self.step_size = scene.solver.step if step is None else step
         m, n = self.model.joints, self.model.unknowns

@@ -43,7 +43,8 @@ def command(
 ) -> None:
     """Simulate a robot without ROS.
 
-    SCENE is a YAML file, such as those in config/. Without --torque the joints are free.
+    SCENE is a YAML file, such as those in config/. Without --torque the scene's own torques drive
+    it, or none.
 
     \b
     Example:
@@ -181,7 +182,7 @@ def write(run: Run, scene: Scene, path: Path) -> None:
     import numpy as np
 
     arrays: dict[str, Any] = {
-        f.name: np.asarray(getattr(run, f.name)) for f in fields(run) if f.name != "sensors"
+        f.name: np.asarray(getattr(run, f.name)) for f in fields(run) if f.name not in ("sensors", "decision")
     }
     arrays |= {f"sensors/{name}": readings for name, readings in run.sensors.items()}
     arrays["joint_names"] = np.array(scene.joint_names)
@@ -211,6 +212,7 @@ def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
         "link_end": run.link_end[-1].tolist(),
         "tip_deflection_rms": float(np.sqrt(np.mean(tip**2))),
         "tip_deflection_peak": float(tip.max()),
+        "effects": None if run.decision is None else run.decision.sentences(),
         "energy_start": float(run.energy[0]),
         "energy_end": float(run.energy[-1]),
         "loop_gap": float(run.loop_gap.max(initial=0.0)),
@@ -238,6 +240,7 @@ def print_figures(found: dict[str, Any], loops: bool) -> None:
     if loops:
         rows.append(["loops", f"gaps of at most {found['loop_gap']:.1e} m, "
                               f"conditioning {found['conditioning']:.3f} at its least"])  # fmt: skip
+    rows += [["auto", line] for line in found["effects"] or ()]
     if found["saved"]:
         rows.append(["saved", f"{found['saved']}, {found['samples']} samples"])
     title = (

@@ -1,0 +1,54 @@
+"""`flexsim effects` prints what each effect changes and costs, and what `auto` makes of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from processes import flexsim
+
+SCENE = Path(__file__).parents[2] / "config" / "planar_double_pendulum.yaml"
+
+
+def test_every_effect_has_its_row() -> None:
+    """Each effect, each link's flexibility, and three dofs a node against six."""
+    words = ["--duration", "0.2", "--tolerance", "1e-4", "--set", "effects=auto", "--json"]
+    done = flexsim("effects", SCENE, *words, timeout=400)
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    rows = {row["effect"]: row for row in said["effects"]}
+    assert {"gravity", "bending_z", "shear", "damping", "flexible: link_1", "flexible: link_2"} <= set(rows)
+    assert rows["gravity"]["verdict"] == "keep"
+    assert rows["gravity"]["change"] > 0.01
+    assert rows["torsion"]["change"] == 0.0
+    assert rows["torsion"]["verdict"] == "can go"
+    assert rows["gravity"]["relative"] == pytest.approx(rows["gravity"]["change"] / said["reach"])
+    assert said["space_ratio"] > 1.2
+    assert "torsion" in said["decision"]["left_out"]
+    assert said["decision"]["together"] <= 1e-4
+
+
+def test_the_table() -> None:
+    """Without `auto` in the scene: verdicts against a default tolerance, also for what is off."""
+    done = flexsim("effects", SCENE, "--duration", "0.1", timeout=400)
+    assert done.returncode == 0, done.stderr
+    for words in ("tolerance 0.1 mm", "flexible: link_2", "costs, µs a step", "verdict", "six would cost"):
+        assert words in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "sentence"),
+    [
+        (["--tolerance", "0"], 2, "tolerance"),
+        (["--bag", "nowhere"], 1, "nowhere"),
+        (["--set", "effects.gravity=maybe"], 1, "give true, false or auto"),
+        (["--set", "solver.method=runge_kutta_4", "-d", "0.1"], 1, "stopped at"),
+    ],
+)
+def test_mistakes(words: list[str], code: int, sentence: str, tmp_path: Path) -> None:
+    """One sentence, the right exit code, no traceback."""
+    done = flexsim("effects", SCENE, *words, cwd=tmp_path, timeout=240)
+    assert done.returncode == code, done.stderr
+    assert sentence in done.stderr
+    assert "Traceback" not in done.stderr
