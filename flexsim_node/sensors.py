@@ -32,6 +32,7 @@ from .kernel import kernel
 from .kinematics import accelerate, place, spatial_row
 from .model import Model
 from .observation import Observation
+from .scene import SceneError
 from .schema import Sensor
 from .station import inertia_between, interpolate, point_acceleration, section_forces
 
@@ -80,6 +81,11 @@ class Sensors:
         # beyond, which takes the forces of the whole robot
         resultants = self._integers[:, KIND] == SECTION_FORCE
         self._whole = bool(np.any(self._integers[resultants, STRAINED:] == 0))
+        if self._whole and scene.loops:
+            raise SceneError(
+                f"{scene.name}: sensors: a section_force on a rigid link, or of an effect that is off, is that of"
+                " all beyond the section, which loops leave open; make the link flexible and its effects true"
+            )
         self._integrals, self._scratch, self._rows = np.zeros(9), np.zeros((30, 6)), np.zeros(model.unknowns)
         self._still = np.zeros(model.joints)
 
