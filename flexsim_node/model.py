@@ -124,7 +124,7 @@ def is_planar(scene: Scene) -> bool:
 
 def stiffening(scene: Scene) -> bool:
     """Whether spin softens and stiffens the links: one effect, which needs the axial force."""
-    return scene.effects.centrifugal and scene.effects.axial
+    return bool(scene.effects.centrifugal and scene.effects.axial)
 
 
 def watch_limits(scene: Scene) -> np.ndarray:

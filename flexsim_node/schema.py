@@ -371,6 +371,16 @@ class Effects(_Part):
     rotor_inertia: Switch = True
     joint_elasticity: Switch = True
 
+    @model_validator(mode="before")
+    @classmethod
+    def _all_open(cls, value: Any) -> Any:
+        return dict.fromkeys(cls.model_fields, "auto") if value == "auto" else value
+
+    @property
+    def undecided(self) -> tuple[str, ...]:
+        """Names of the effects that are `auto`."""
+        return tuple(name for name in type(self).model_fields if getattr(self, name) == "auto")
+
 
 class Limits(_Part):
     """Beyond `warn` a run says so; beyond `stop` it ends with the last good state."""
@@ -414,16 +424,6 @@ class Validity(_Part):
     correction: Annotated[Limits, _filled(None, None)] = Limits(warn=None, stop=None)
     erls_condition: Annotated[Limits, _filled(1e3, 1e8)] = Limits(warn=1e3, stop=1e8)
     mass_condition: Annotated[Limits, _filled(1e8, 1e14)] = Limits(warn=1e8, stop=1e14)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _all_open(cls, value: Any) -> Any:
-        return dict.fromkeys(cls.model_fields, "auto") if value == "auto" else value
-
-    @property
-    def undecided(self) -> tuple[str, ...]:
-        """Names of the effects that are `auto`."""
-        return tuple(name for name in type(self).model_fields if getattr(self, name) == "auto")
 
 
 class Torque(_Part):

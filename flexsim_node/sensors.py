@@ -83,8 +83,8 @@ class Sensors:
         self._whole = bool(np.any(self._integers[resultants, STRAINED:] == 0))
         if self._whole and scene.loops:
             raise SceneError(
-                f"{scene.name}: sensors: a section_force on a rigid link, or of an effect that is off, is that of"
-                " all beyond the section, which loops leave open; make the link flexible and its effects true"
+                f"{scene.name}: sensors: a section_force on a rigid link, or of an effect that is off, is"
+                " what all beyond the section needs, which loops leave open; make link and effects flexible"
             )
         self._integrals, self._scratch, self._rows = np.zeros(9), np.zeros((30, 6)), np.zeros(model.unknowns)
         self._still = np.zeros(model.joints)
