@@ -228,7 +228,7 @@ def report(
             continue
         floor = max(CLEAR * reference.error.get(measure.name, 0.0), 1e-12)
         path = folder / f"{measure.name}.png"
-        best = frontier(outcomes, measure.name)
+        best = frontier(outcomes, measure.name, floor)
         title = f"{study.scene.name}: {measure.label}"
         draw(path, title, outcomes, best, measure, floor, cost, budget)
         diagrams[measure.name] = str(path)
@@ -249,7 +249,7 @@ def report(
             o.record() | ({"median": o.median, "spread": o.spread} if o.seconds else {}) for o in outcomes
         ],
         "effects": [o.point for o in outcomes if o.effect],
-        "frontier": [o.point for o in frontier(outcomes, main)],
+        "frontier": [o.point for o in frontier(outcomes, main, CLEAR * reference.error[main])],
         "orders": observed_orders(outcomes, order, 3.0 * reference.error[order]),
         "sentence": choice.sentence,
         "choice": None if choice.outcome is None else choice.outcome.point,

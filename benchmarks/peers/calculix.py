@@ -24,12 +24,11 @@ CCX = "ccx"
 
 @dataclass(frozen=True)
 class CalculixRun:
-    """time (K,), s; temperature (K, N), degrees C, in our order of nodes; cpu, wall : s."""
+    """time (K,), s; temperature (K, N), °C, in our order of nodes; cpu : s of processor time."""
 
     time: np.ndarray
     temperature: np.ndarray
     cpu: float
-    wall: float
 
 
 def available() -> bool:
@@ -46,7 +45,7 @@ def burn(
 ) -> CalculixRun:
     """March a model of ours with CalculiX, `step` s each, keeping a field each `every` s.
 
-    specific_heat_knots : the temperatures, degrees C, of a material's table; our own knots if not given
+    specific_heat_knots : the temperatures, °C, of a material's table; our own knots if not given
     """
     with tempfile.TemporaryDirectory() as folder:
         deck = Path(folder) / "door.inp"
@@ -63,7 +62,7 @@ def burn(
             raise RuntimeError(f"CalculiX stopped: {outcome.stdout[-500:]}{outcome.stderr[-500:]}")
         time, temperature = _read(Path(folder) / "door.dat", len(model.nodes))
     order = np.argsort(time)
-    return CalculixRun(time[order], temperature[order], cpu, 0.0)
+    return CalculixRun(time[order], temperature[order], cpu)
 
 
 def _write(file, model, step, duration, every, knots) -> None:

@@ -58,12 +58,15 @@ class Cost:
         return outcome.step is not None and outcome.step * self.rate < 1.0 + 1e-6
 
 
-def frontier(outcomes: Iterable[Outcome], measure: str) -> list[Outcome]:
-    """Those that nothing else beats in both time and error, cheapest first; effects do not compete."""
+def frontier(outcomes: Iterable[Outcome], measure: str, floor: float) -> list[Outcome]:
+    """Those that nothing else beats in both time and error, cheapest first; effects do not compete.
+
+    floor : errors below it are as good as it, because the reference tells no more
+    """
     found: list[Outcome] = []
     able = (o for o in outcomes if o.ok and not o.effect and math.isfinite(o.error(measure)))
     for outcome in sorted(able, key=lambda o: o.median):
-        if not found or outcome.error(measure) < found[-1].error(measure):
+        if not found or max(outcome.error(measure), floor) < found[-1].error(measure):
             found.append(outcome)
     return found
 

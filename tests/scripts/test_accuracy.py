@@ -41,14 +41,15 @@ POINTS = [
 
 
 def test_the_frontier_is_what_nothing_beats_in_both() -> None:
-    assert [o.point for o in frontier(POINTS, "tip")] == ["coarse", "adaptive"]
-    assert [o.point for o in frontier(POINTS[:4], "tip")] == ["coarse", "middle", "fine"]
+    assert [o.point for o in frontier(POINTS, "tip", 1e-9)] == ["coarse", "adaptive"]
+    assert [o.point for o in frontier(POINTS[:4], "tip", 1e-9)] == ["coarse", "middle", "fine"]
+    assert [o.point for o in frontier(POINTS[:4], "tip", 4e-4)] == ["coarse", "middle"]
 
 
 def test_an_effect_left_out_is_not_advised() -> None:
     cheap = outcome("gravity off", 1e-9, 1e-3)
     cheap.effect = True
-    assert cheap not in frontier([*POINTS, cheap], "tip")
+    assert cheap not in frontier([*POINTS, cheap], "tip", 1e-9)
     assert choose([*POINTS, cheap], TIP, Cost(1000.0), None, 5e-4, 1e-9).outcome is POINTS[1]
 
 
