@@ -7,8 +7,6 @@ from .closure import constrain, linearise
 from .dynamics import residual
 from .factorization import factorize, set_scale, solve
 from .kernel import kernel
-from .kinematics import place
-from .watch import watch
 
 # what a step says happened
 OK, NOT_FINITE, SINGULAR, NOT_CONVERGED, LOOP_OPEN, NOT_VALID = range(6)
@@ -47,13 +45,6 @@ def finite(chain, x, v):
     for i in range(x.size):
         bounded = bounded and abs(x[i]) < (1e3 if i >= joints else 1e12) and abs(v[i]) < 1e12
     return bounded
-
-
-@kernel
-def valid(chain, work, x):
-    """Whether the motion at the unknowns x is within the limits of the equations."""
-    place(chain, work, x)
-    return not watch(chain, work)
 
 
 @kernel

@@ -53,7 +53,7 @@ class Chain(NamedTuple):
     body_place: np.ndarray  # (bodies,) int64: node
     place: np.ndarray  # (N,) distance of a node from the link's start, m
     setting: np.ndarray  # (9,)
-    limit: np.ndarray  # (4, 2): warn and stop, rows of watch.py
+    limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
 
@@ -69,7 +69,7 @@ class Workspace(NamedTuple):
     attitude: np.ndarray  # (L, 9): rotation of the body frames to the base, where a load asks for it
     external: np.ndarray  # (2, L, 6): force and moment on the links' ends, in beam axes and in base axes
     loaded: np.ndarray  # (2,) bool: whether there are any
-    validity: np.ndarray  # (2, 4): largest values that the watch saw, and the links where
+    validity: np.ndarray  # (2, 3): largest values that the watch saw, and the links where
     correction: np.ndarray  # (1,): of the last Newton step, m or rad
     held: np.ndarray  # (L,) bool: joints whose motion is prescribed
     iteration: np.ndarray  # (E, 2B, 2B): mass + scale * stiffness
@@ -110,7 +110,7 @@ def workspace(chain: Chain) -> Workspace:
         attitude=np.zeros((links, 9)),
         external=np.zeros((2, links, 6)),
         loaded=np.zeros(2, dtype=np.bool_),
-        validity=np.zeros((2, 4)),
+        validity=np.zeros((2, 3)),
         correction=np.zeros(1),
         held=np.zeros(links, dtype=np.bool_),
         iteration=chain.mass.copy(),

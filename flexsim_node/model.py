@@ -130,10 +130,10 @@ def stiffening(scene: Scene) -> bool:
 def watch_limits(scene: Scene) -> np.ndarray:
     """(6, 2) of the scene's validity: warn and stop, infinite where there is none."""
     v = scene.validity
-    rows = [v.elastic_rotation, v.spin_ratio, v.axial_load, v.correction, v.erls_condition, v.mass_condition]
+    rows = [v.elastic_rotation, v.spin_ratio, v.correction, v.axial_load, v.erls_condition, v.mass_condition]
     limits = np.array([[np.inf if x is None else x for x in (row.warn, row.stop)] for row in rows])
     if stiffening(scene):
-        limits[1], limits[2, 1] = np.inf, np.inf
+        limits[1], limits[3, 1] = np.inf, np.inf
     return limits
 
 
@@ -403,7 +403,7 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         setting=np.array(
             [*gravity, *rayleigh, at_chords, effects.coriolis, stiffening(scene), coordinates], dtype=float
         ),
-        limit=limits[:4].copy(),
+        limit=limits[:3].copy(),
         closing=closing,
         anchor=anchor,
     )

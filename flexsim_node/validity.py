@@ -6,27 +6,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .chain import KIND, PRISMATIC, TIP, workspace
+from . import planar_beam, spatial_beam
+from .chain import BUCKLING, COUNT, DISPLACEMENT, FIRST, FIRST_ELEMENT, KIND, PRISMATIC, TIP, workspace
 from .dynamics import residual
 from .erls import erls_condition
+from .kinematics import place
 from .model import Model
 
 # the watch's rows, then what is looked at now and then
-NAMES = ("elastic_rotation", "spin_ratio", "axial_load", "correction", "erls_condition", "mass_condition")
-UNITS = ("rad", "", "", "m or rad", "", "")
+NAMES = ("elastic_rotation", "spin_ratio", "correction", "axial_load", "erls_condition", "mass_condition")
+UNITS = ("rad", "", "m or rad", "", "", "")
 WORDS = (
     "the elastic rotation",
     "the spin over the first bending frequency",
-    "the axial load over the buckling load",
     "the last correction of a step's iteration",
+    "the axial load over the buckling load",
     "the condition of J_0",
     "the condition of the mass matrix",
 )
 ADVICE = (
     "rotations of earlier links reach later ones linearly: give formulation: co_moving, or stiffer links",
     "without the effect centrifugal nothing stiffens a spinning link: switch it on",
-    "without the effect centrifugal nothing tells a pulled link from a pushed one: switch it on",
     "the step follows this motion only just: give a smaller step",
+    "without the effect centrifugal nothing tells a pulled link from a pushed one: switch it on",
     "the zeroed dofs hardly define the rigid links here: give other ones, or root",
     "a joint has hardly any inertia beyond it here: give it a rotor_inertia",
 )
@@ -58,40 +60,59 @@ class Finding:
 
 
 class ValidityWatch:
-    """Gathers what the steps' watch wrote into `seen` (2, 4), and looks at conditions itself."""
+    """Gathers what every step's watch wrote into `seen` (2, 3), and looks at the rest now and then."""
 
     def __init__(self, model: Model, seen: np.ndarray) -> None:
         self.model, self.seen = model, seen
-        self.conditions = np.zeros(2)
+        self.sampled = np.zeros(3)
+        self.pushed = -1  # the link with the largest axial load
         self._work = workspace(model.chain)
 
     def clear(self) -> None:
         """Forget what was seen."""
         self.seen[:] = 0.0
-        self.conditions[:] = 0.0
+        self.sampled[:] = 0.0
 
     def look(self, x: np.ndarray) -> bool:
-        """Take the conditions of J_0 and of the mass matrix at the unknowns x (n,); False beyond a stop."""
+        """Take axial load and the conditions of J_0 and of the mass matrix at x (n,); False beyond a stop."""
         model = self.model
+        loads = axial_loads(model, self._work, x)
+        if loads.max() > self.sampled[0]:
+            self.pushed = int(np.argmax(loads))
         own = erls_condition(model.chain, model.zeroed, x[: model.joints]) if model.swings else 1.0
-        np.maximum(self.conditions, (own, mass_condition(model, self._work, x)), out=self.conditions)
+        now = loads.max(), own, mass_condition(model, self._work, x)
+        np.maximum(self.sampled, now, out=self.sampled)
         return not any(finding.passed == "stop" for finding in self.findings())
 
     def findings(self) -> tuple[Finding, ...]:
         """Every figure with its limits."""
         names = [link.name for link in self.model.scene.links]
-        limits = self.model.limits
+        values = [*self.seen[0], *self.sampled]
+        links = [*self.seen[1].astype(int), self.pushed, -1, -1]
         found = []
         for k, name in enumerate(NAMES):
-            watched = k < self.seen.shape[1]
-            value = self.seen[0, k] if watched else self.conditions[k - self.seen.shape[1]]
-            link = int(self.seen[1, k]) if watched and value > 0.0 else -1
-            found.append(Finding(name, float(value), names[link] if link >= 0 else "", *limits[k]))
+            link = names[links[k]] if values[k] > 0.0 and links[k] >= 0 else ""
+            found.append(Finding(name, float(values[k]), link, *map(float, self.model.limits[k])))
         return tuple(found)
 
     def sentences(self, passed: str) -> tuple[str, ...]:
         """One for each figure beyond its `warn` (but not `stop`), or beyond its `stop`."""
         return tuple(f.sentence() for f in self.findings() if f.passed == passed)
+
+
+def axial_loads(model: Model, work, x: np.ndarray) -> np.ndarray:
+    """(L,) largest compression in each link over its buckling load, at the unknowns x (n,)."""
+    chain = model.chain
+    place(chain, work, x)
+    d = work.node[DISPLACEMENT]
+    tension = planar_beam.axial_force if model.planar else spatial_beam.axial_force
+    found = np.zeros(len(chain.link))
+    for n, row in enumerate(chain.link):
+        if chain.joint[n, BUCKLING] > 0.0:
+            for k in range(row[COUNT]):
+                push = -tension(chain.element[row[FIRST_ELEMENT] + k], d, row[FIRST] + k + 1)
+                found[n] = max(found[n], push / chain.joint[n, BUCKLING])
+    return found
 
 
 def mass_condition(model: Model, work, x: np.ndarray) -> float:

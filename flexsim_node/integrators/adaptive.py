@@ -16,11 +16,11 @@ from ..acceleration import (
     acceleration,
     drive_joints,
     finite,
-    valid,
 )
 from ..chain import Workspace
 from ..closure import close
 from ..model import Model
+from ..watch import valid
 
 SOLVERS = {"radau": Radau, "dop853": DOP853}
 
@@ -94,7 +94,7 @@ class Adaptive:
             return LOOP_OPEN
         if not finite(chain, end, rate):
             return NOT_FINITE
-        if not valid(chain, work, end):
+        if not valid(chain, work):
             return NOT_VALID
         x[:], v[:] = end, rate
         return OK

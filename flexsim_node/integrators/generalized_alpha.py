@@ -16,13 +16,13 @@ from ..acceleration import (
     acceleration,
     drive_joints,
     finite,
-    valid,
 )
 from ..chain import BETA
 from ..closure import close, constrain, linearise
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
 from ..kernel import kernel
+from ..watch import valid
 
 ORDER = 2
 NEWTON_STEPS = 10
@@ -97,7 +97,7 @@ def step(chain, work, x, v, torque, motion, h, option):
         return NOT_FINITE
     if chain.closing.shape[0] > 0 and not close(chain, work, xe, ve, rhs):
         return LOOP_OPEN
-    if not valid(chain, work, xe):
+    if not valid(chain, work):
         return NOT_VALID
     for i in range(n):
         x[i], v[i], a[i] = xe[i], ve[i], an[i]

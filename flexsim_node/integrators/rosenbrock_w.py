@@ -37,13 +37,13 @@ from ..acceleration import (
     SINGULAR,
     drive_joints,
     finite,
-    valid,
 )
 from ..chain import ALPHA, BETA, COORDINATES, KEEP
 from ..closure import close, constrain, linearise
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
 from ..kernel import kernel
+from ..watch import valid
 
 GAMMA = 1.0 - 1.0 / sqrt(2.0)
 ORDER = 2
@@ -149,7 +149,7 @@ def step(chain, work, x, v, torque, motion, h, option):
         return NOT_FINITE
     if chain.closing.shape[0] > 0 and not close(chain, work, x2, v2, work.vector[1]):
         return LOOP_OPEN
-    if not valid(chain, work, x2):
+    if not valid(chain, work):
         return NOT_VALID
     for i in range(n):
         x[i], v[i], work.memory[i] = x2[i], v2[i], a[i]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from ..acceleration import LOOP_OPEN, NOT_FINITE, NOT_VALID, OK, acceleration, drive_joints, finite, valid
+from ..acceleration import LOOP_OPEN, NOT_FINITE, NOT_VALID, OK, acceleration, drive_joints, finite
 from ..closure import close
 from ..kernel import kernel
+from ..watch import valid
 
 ORDER = 4
 
@@ -39,7 +40,7 @@ def step(chain, work, x, v, torque, motion, h, option):
         return NOT_FINITE
     if chain.closing.shape[0] > 0 and not close(chain, work, x2, v2, work.vector[7]):
         return LOOP_OPEN
-    if not valid(chain, work, x2):
+    if not valid(chain, work):
         return NOT_VALID
     for i in range(n):
         x[i], v[i] = x2[i], v2[i]
