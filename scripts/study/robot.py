@@ -168,13 +168,17 @@ class RobotStudy:
         return simulate(scene, torque, duration, sample_period=self.period)
 
     @cached_property
+    def _start(self) -> Array:
+        """Where the joints begin, rad or m."""
+        return simulate(self.scene, duration=0.0).joint_position[0]
+
+    @cached_property
     def _slowest(self) -> float | None:
         """The slowest vibration with the joints held, Hz."""
-        position = self.scene.initial.position or (0.0,) * len(self.scene.joint_names)
         if not self._flexible:
             return None
         try:
-            frequencies = np.asarray(natural_frequencies(self.scene, np.array(position), locked=True))
+            frequencies = np.asarray(natural_frequencies(self.scene, self._start, locked=True))
         except (ValueError, np.linalg.LinAlgError):
             return None
         heard = frequencies[frequencies > 1e-3]
@@ -189,7 +193,7 @@ class RobotStudy:
         if slowest is None:
             return None
         rise = 0.5 / slowest
-        starts = scene.initial.position or (0.0,) * len(scene.joint_names)
+        starts = self._start
 
         def pushed(start: float) -> Callable[[float], tuple[float, float, float]]:
             def motion(t: float) -> tuple[float, float, float]:
