@@ -20,6 +20,7 @@ from .chain import (
     ACCELERATION,
     ALPHA,
     BETA,
+    CORIOLIS,
     COUNT,
     DISPLACEMENT,
     FIRST,
@@ -207,7 +208,7 @@ def force_beyond(chain, work, n, rows, rates, accelerations, m, xi, c, t, load, 
     spatial_row(work.wrench[n], planar, out)
     # without what lies before the station
     first = chain.link[n, FIRST_ELEMENT]
-    alpha = chain.setting[ALPHA]
+    alpha, coriolis = chain.setting[ALPHA], chain.setting[CORIOLIS] > 0.0
     if m >= 0:
         for k in range(first, m + 1):
             i = chain.link[n, FIRST] + k - first + 1
@@ -217,7 +218,9 @@ def force_beyond(chain, work, n, rows, rates, accelerations, m, xi, c, t, load, 
                 spatial_row(work.node[ACCELERATION, i - 1 + node], planar, accelerations[node])
             e, part, end = chain.element[k], xi if k == m else 1.0, t[6]
             load[:] = 0.0
-            inertia_between(e, work.frame[n], rows, rates, accelerations, alpha, part, t, load)
+            inertia_between(
+                e, work.frame[n], rows, rates, accelerations, alpha, coriolis, True, part, t, load
+            )
             interpolate(e, rows, part, end)  # inertia_between sums arms up to there
             e0 = e[START] + part * e[LENGTH] + end[0]
             out[3] -= load[6] + end[1] * load[2] - end[2] * load[1]

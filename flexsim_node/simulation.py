@@ -189,8 +189,7 @@ class Simulation:
             if getattr(METHODS.get(self.method), "start", None) is not None:
                 self.sensors.look(view, self.work, self.x, self.v, self.work.memory)
             else:
-                m = self.model.joints
-                self._acceleration[:m] = self.motion[2, 2]
+                self._acceleration[self.model.turned] = self.motion[2, 2]
                 self.sensors.look_exactly(view, self.work, self.x, self.v, self.torque[2], self._acceleration)
         return self.sensors.values
 

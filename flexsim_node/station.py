@@ -29,6 +29,7 @@ from .beam import (
     TORSION,
     hermite,
     middle_rotation,
+    shift,
     squared_slope,
 )
 from .chain import ALPHA, BETA, CORIOLIS, SPIN
@@ -83,24 +84,42 @@ def point_acceleration(frame, c, v, a, out):
 
 
 @kernel
-def inertia_between(e, frame, rows, rates, accelerations, alpha, xi, t, out):
+def inertia_between(e, frame, rows, rates, accelerations, alpha, coriolis, spin, xi, t, out):
     """Add the inertia of an element's part from its start to xi to out (9,).
 
     out: sum of mu p'' (3), sum of mu p'' times the distance to xi (3), rate of the sections' own angular
-    momentum (3).  rows, rates, accelerations are (2, 6); t is scratch (7, 6).
+    momentum (3).  rows, rates, accelerations are (2, 6); coriolis and spin as in spatial_beam; t is scratch
+    (7, 6).
     """
     length = e[LENGTH]
     d, v, a, c, f, g = t[0], t[1], t[2], t[3], t[4], t[5]
+    moved = moved_rate = moved_acceleration = 0.0
+    if e[STIFFENING] > 0.0:
+        # the element's mass moves along with its squared slope (beam.py)
+        for k in range(4, 6):
+            p, r, pv, rv = rows[0, k], rows[1, k], rates[0, k], rates[1, k]
+            moved += shift(e, p, r)
+            moved_rate += length / 12.0 * (r * rv - p * pv)
+            moved_acceleration += (
+                length / 12.0 * (r * accelerations[1, k] - p * accelerations[0, k] + rv * rv - pv * pv)
+            )
     for point in range(3):
         at = xi * (0.5 + GAUSS * (point - 1))
         weight = xi * length * (8.0 if point == 1 else 5.0) / 18.0
         interpolate(e, rows, at, d)
         interpolate(e, rates, at, v)
         interpolate(e, accelerations, at, a)
+        d[0] += moved
+        v[0] += moved_rate
+        a[0] += moved_acceleration
         for k in range(6):
             a[k] += alpha * v[k]
+            if not coriolis:
+                v[k] = 0.0
         c[0], c[1], c[2] = e[START] + at * length + d[0], d[1], d[2]
         point_acceleration(frame, c, v, a, f)
+        if not spin:
+            towards_axis(frame, d, f)
         mass = weight * e[MASS] / length
         arm = (xi - at) * length
         for k in range(3):
@@ -112,17 +131,32 @@ def inertia_between(e, frame, rows, rates, accelerations, alpha, xi, t, out):
             g[0], g[1], g[2] = -v[5], 0.0, v[3]
             g[3], g[4], g[5] = -a[5], 0.0, a[3]
             director_acceleration(frame, c, g, f)
+            if not spin:
+                c[1] = 0.0
+                towards_axis(frame, c, f)
             out[6] += weight * e[INERTIA_Y] * f[2]
             out[8] -= weight * e[INERTIA_Y] * f[0]
             c[0], c[1], c[2] = d[4], -d[3], 1.0
             g[0], g[1], g[2] = v[4], -v[3], 0.0
             g[3], g[4], g[5] = a[4], -a[3], 0.0
             director_acceleration(frame, c, g, f)
+            if not spin:
+                c[2] = 0.0
+                towards_axis(frame, c, f)
             out[6] -= weight * e[INERTIA_Z] * f[1]
             out[7] += weight * e[INERTIA_Z] * f[0]
         elif e[POLAR] > 0.0:
-            spin = e[POLAR] * weight
-            out[6] += spin * (frame[6] + a[3])
+            out[6] += e[POLAR] * weight * (frame[6] + a[3])
+
+
+@kernel
+def towards_axis(frame, u, out):
+    """Take omega x (omega x u), of an elastic displacement u (3,), off an acceleration."""
+    w0, w1, w2 = frame[0], frame[1], frame[2]
+    s0, s1, s2 = w1 * u[2] - w2 * u[1], w2 * u[0] - w0 * u[2], w0 * u[1] - w1 * u[0]
+    out[0] -= w1 * s2 - w2 * s1
+    out[1] -= w2 * s0 - w0 * s2
+    out[2] -= w0 * s1 - w1 * s0
 
 
 @kernel
@@ -193,7 +227,7 @@ def section_forces(e, frame, rows, rates, accelerations, setting, xi, t, load, s
         between[4] -= tension * (here[2] - p[2])
         between[5] += tension * (here[1] - p[1])
     load[:] = 0.0
-    inertia_between(e, frame, rows, rates, accelerations, alpha, xi, t, load)
+    inertia_between(e, frame, rows, rates, accelerations, alpha, coriolis, spin, xi, t, load)
     for k in range(3):
         between[k] += load[k] - start[k]
         between[3 + k] += load[6 + k] - start[3 + k]

@@ -179,7 +179,9 @@ def rotation(q: np.ndarray) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("effects", [{}, {"shear": True}, {"rotary_inertia": False}, {"centrifugal": False}])
+@pytest.mark.parametrize(
+    "effects", [{}, {"shear": True}, {"rotary_inertia": False}, {"centrifugal": False}, {"coriolis": False}]
+)
 def test_section_forces_equal_the_equilibrium_of_the_part_beyond(effects):
     """In any motion what strains and the element's load say equals the inertia of all that is beyond.
 
