@@ -1,6 +1,7 @@
-"""How well flexsim_node keeps time: `python benchmarks/realtime.py [--duration 60] [--json]`.
+"""How well flexsim_node keeps time: `python benchmarks/realtime.py [--duration 60] [--controller] [--json]`.
 
-The node steps the anthropomorphic robot at 1 kHz.  Fifty times a second a command is sent to it,
+The node steps the anthropomorphic robot at 1 kHz; with --controller a process of its own answers it at 1 kHz.
+Fifty times a second a command is sent to it,
 and fifty times a second one to a bare rclpy node that answers at once: the latency of both is the
 time from before the call that sends to the arrival of the answer, as the middleware notes it.
 """
@@ -88,7 +89,7 @@ class Probe:
                     self.latency.append(arrival - begun)
 
 
-def measure(duration: float) -> dict[str, Any]:
+def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
     """Run node and echo side by side."""
     environment = own_domain()
     os.environ.update(ROS_DOMAIN_ID=environment["ROS_DOMAIN_ID"])
@@ -103,6 +104,9 @@ def measure(duration: float) -> dict[str, Any]:
         robot = trial.start("flexsim_node", [*NODE, *parameters])
         other = trial.start("echo", [sys.executable, __file__, "--echo"])
         trial.wait_until_said(robot, "kernels ready", timeout=STARTED)
+        if controlled:
+            third = trial.start("controller", [sys.executable, __file__, "--controller-process"])
+            trial.wait_until_said(third, "ready", timeout=STARTED)
         trial.wait_until_said(other, "ready", timeout=STARTED)
         with tool_node("realtime_benchmark") as node:
             ours = Probe(node, "flexsim_node", "joint_states")
@@ -122,6 +126,8 @@ def measure(duration: float) -> dict[str, Any]:
                 bare.take()
             memory = status(robot.pid)
             said = last_diagnostics(node)
+        if controlled:
+            trial.end(third)
         trial.end(robot)
         trial.end(other)
     stamps = np.array([s for s in ours.stamps if s[0] > 1])
@@ -132,6 +138,9 @@ def measure(duration: float) -> dict[str, Any]:
         "real_time_factor": float(simulated / elapsed),
         "ticks": int(said["ticks"]),
         "overruns": int(said["overruns"]),
+        "overruns_part": int(said["overruns"]) / max(1, int(said["ticks"])),
+        "overruns_in_a_row": int(said["overruns in a row, worst"]),
+        "commands": int(said["accepted"]),
         "lost_time": float(said["lost time, s"]),
         "real_time_priority": said["real-time priority"],
         **{f"{k} p99": 1e-6 * float(said[f"{k} p99, µs"])
@@ -141,10 +150,42 @@ def measure(duration: float) -> dict[str, Any]:
         "lateness worst": 1e-6 * float(said["lateness worst, µs"]),
         "latency": quantiles(ours.latency),
         "echo_latency": quantiles(bare.latency),
+        "latency_over_echo": {
+            k: quantiles(ours.latency)[k] / quantiles(bare.latency)[k] for k in ("p50", "p99")
+        },
         "memory": memory["VmRSS"],
         "memory_peak": memory["VmHWM"],
         "machine": machine(),
     }  # fmt: skip
+
+
+def controller() -> None:
+    """Answer each state with a torque on the other topic, a thousand times a second.
+
+    By name, and not on the joint whose torque marks the commands of the benchmark.
+    """
+    import rclpy
+    from rclpy.executors import ExternalShutdownException
+    from rclpy.experimental import EventsExecutor
+    from sensor_msgs.msg import JointState
+
+    rclpy.init()
+    node = rclpy.create_node("controller")
+    commands = node.create_publisher(JointState, "robot_joint_commands", 10)
+
+    def answer(state: JointState) -> None:
+        effort = [-2.0 * v - 5.0 * q for q, v in zip(state.position[1:], state.velocity[1:], strict=True)]
+        commands.publish(JointState(name=state.name[1:], effort=effort))
+
+    node.create_subscription(JointState, "joint_states", answer, 1)
+    executor = EventsExecutor()
+    executor.add_node(node)
+    print("ready", file=sys.stderr, flush=True)
+    try:
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=0.1)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
 
 
 def quantiles(latency: list[int]) -> dict[str, float]:
@@ -190,18 +231,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--duration", type=float, default=60.0, help="s")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--controller", action="store_true", help="with a controller at 1 kHz beside it")
+    parser.add_argument("--controller-process", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.echo:
         return echo()
-    found = measure(arguments.duration)
+    if arguments.controller_process:
+        return controller()
+    found = measure(arguments.duration, controlled=arguments.controller)
     if arguments.json:
         print(json.dumps(found, indent=2))
         return
     for name, value in found.pop("machine").items():
         print(f"{name:28} {value}")
     for name, value in found.items():
-        if isinstance(value, dict):
+        if name == "latency_over_echo":
+            value = f"p50 {value['p50']:.2f}, p99 {value['p99']:.2f}"
+        elif isinstance(value, dict):
             value = f"p50 {1e6 * value['p50']:.0f} µs, p99 {1e6 * value['p99']:.0f} µs"
         elif "time p" in name or "time worst" in name or "lateness" in name:
             value = f"{1e6 * value:.1f} µs"

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-LENGTH, NOT_FINITE, UNKNOWN_JOINT, REPEATED_JOINT, PASSIVE_JOINT = REASONS = (
+LENGTH, NOT_FINITE, UNKNOWN_JOINT, REPEATED_JOINT, PASSIVE_JOINT, TOO_MANY = REASONS = (
     "wrong length",
     "not finite",
     "unknown joint",
     "joint named twice",
     "passive joint",
+    "too many at once",
 )
 
 
@@ -87,6 +88,15 @@ class Commands:
         torque = self.torque.copy()
         torque[[self.index[name] for name in names]] = effort
         return self._taken(torque)
+
+    def too_many(self) -> CommandRefused:
+        """Take back a command for which there was no room; returns what to say."""
+        self.accepted -= 1
+        return self._refusal(TOO_MANY, "too many commands wait; send one a state")
+
+    def release(self) -> None:
+        """Let go: joints that the next command by name does not name have no torque."""
+        self.torque = np.zeros(len(self.joint_names))
 
     def _taken(self, torque: np.ndarray) -> np.ndarray:
         if not np.isfinite(torque).all():

@@ -15,16 +15,23 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from flexsim_msgs.msg import ElasticLayout, ElasticState
+from flexsim_ros import Entity
+from flexsim_ros.entities import ROBOT, quaternion
+from geometry_msgs.msg import Point, Quaternion, Vector3
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, PointCloud2, PointField
+from simulation_interfaces.msg import EntityState
 
 from .chain import COUNT, FIRST
 from .commands import Commands
 from .effects import Decision
+from .link_motion import LinkMotion
 from .model import Model
-from .realtime import SECOND, Report
+from .pace import SECOND
+from .report import Report
 from .robot_description import equivalent_rectangle
+from .scene import Scene
 from .schema import BASE
 from .simulation import Simulation
 
@@ -120,7 +127,7 @@ class StateMessages:
             time,
             position=self.robot.joint_position(),
             velocity=self.robot.joint_velocity(),
-            effort=self.robot.torque[0],
+            effort=self.robot.joint_effort(),
         )
 
     def elastic_state(self, time: int) -> bytes:
@@ -172,7 +179,44 @@ def elastic_layout(model: Model) -> ElasticLayout:
     return message
 
 
-def diagnostics(report: Report, commands: Commands, scene_name: str, mode: str) -> DiagnosticArray:
+def entities(scene: Scene) -> list[Entity]:
+    """Return the robot and its links."""
+    robot = Entity(
+        scene.name, ROBOT, f"flexible robot with {len(scene.joint_names)} joints", ("robot",)
+    )
+    links = []
+    for link in scene.links:
+        kind = "flexible" if link.beam and link.flexible else "rigid"
+        about = f"{kind} link; its state is that of its end"
+        links.append(Entity(f"{scene.name}/{link.name}", ROBOT, about, ("link", kind)))
+    return [robot, *links]
+
+
+def entity_states(scene: Scene, motion: LinkMotion, time: int) -> dict[str, EntityState]:
+    """Return where the base and the links' ends are in the world, which is the base's frame."""
+    base = EntityState()
+    base.header.stamp = stamp(time)
+    found = {scene.name: base}
+    for n, link in enumerate(scene.links):
+        state = found[f"{scene.name}/{link.name}"] = EntityState()
+        state.header.stamp = stamp(time)
+        state.pose.position = Point(**_xyz(motion.position[n]))
+        x, y, z, w = quaternion(motion.rotation[n].tolist())
+        state.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+        state.twist.linear = Vector3(**_xyz(motion.velocity[n]))
+        state.twist.angular = Vector3(**_xyz(motion.angular_velocity[n]))
+        state.acceleration.linear = Vector3(**_xyz(motion.acceleration[n]))
+        state.acceleration.angular = Vector3(**_xyz(motion.angular_acceleration[n]))
+    return found
+
+
+def _xyz(vector: np.ndarray) -> dict[str, float]:
+    return dict(zip("xyz", vector.tolist(), strict=True))
+
+
+def diagnostics(
+    report: Report, commands: Commands, scene_name: str, mode: str, troubles: int = 0
+) -> DiagnosticArray:
     """Return how the node does: its real time, its commands, its solver."""
     message = DiagnosticArray()
     message.header.stamp = stamp(round(report.time * SECOND))
@@ -196,6 +240,7 @@ def diagnostics(report: Report, commands: Commands, scene_name: str, mode: str) 
                 "real-time factor, last second": f"{report.recent_factor:.6f}",
                 "ticks": report.ticks,
                 "overruns": report.overruns,
+                "overruns in a row, worst": report.longest_run,
                 "lost time, s": f"{report.lost:.6f}",
                 "real-time priority": "yes" if report.real_time_priority else "no",
                 **_microseconds("step time", report.step_p50, report.step_p99, report.step_worst),
@@ -205,7 +250,7 @@ def diagnostics(report: Report, commands: Commands, scene_name: str, mode: str) 
         ),
         _status(
             "commands",
-            warn if refused or report.timeouts else ok,
+            warn if refused or report.timeouts or troubles else ok,
             f"{refused} refused of {commands.accepted + refused}",
             scene_name,
             {
@@ -213,6 +258,7 @@ def diagnostics(report: Report, commands: Commands, scene_name: str, mode: str) 
                 "refused": refused,
                 **{f"refused, {reason}": count for reason, count in commands.refused.items()},
                 "timeouts": report.timeouts,
+                "not a message": troubles,
             },
         ),
         _status(

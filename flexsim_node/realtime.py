@@ -1,128 +1,36 @@
 """The stepping thread: a robot at the pace of the steady clock, of its commands, or at full speed.
 
-Nothing here knows of ROS.  Commands come in from another thread by `Loop.put`; states go out by
-calling `Output.publish` from the stepping thread, right after the step that made them.
+Nothing here knows of ROS.  Commands come in from another thread by `Loop.put`, wishes by `pause`, `resume`,
+`reset`, `step` and `ask`; states go out by calling `Output.publish` from the stepping thread, right after
+the step that made them.
 """
 
 from __future__ import annotations
 
-import ctypes
-import os
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Hashable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
+from typing import Any
 
 import numpy as np
 
 from .acceleration import OK
+from .pace import SECOND, Histogram, Pace, go_first, sleep_finely
+from .report import Report
 from .simulation import Simulation
 
-SECOND = 1_000_000_000
 MODES = ("realtime", "lockstep", "fast")
-# A missed deadline is made up for by ticks without a pause; beyond this the lost time stays lost,
-# since a robot that races to catch up would be a surprise to its controller.
-PATIENCE = SECOND // 10
-# The end of a wait is watched rather than slept: a thread wakes up some tens of microseconds late.
-# Short, because watching holds Python's global lock.
-WATCH = 30_000
 # How often a state is repeated while time stands still.
 REPEAT_PERIOD = 0.1
 REPORT_PERIOD = SECOND
-PR_SET_TIMERSLACK = 29
-PRIORITY = 50  # of 1 to 99; what ros2_control's own loop takes
-
-
-def sleep_finely() -> None:
-    """Ask Linux to end this thread's sleeps on time: by default it may add 50 µs to save power."""
-    with suppress(OSError, AttributeError):  # not Linux: sleeps end a little later
-        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
-
-
-def go_first() -> bool:
-    """Ask Linux to run this thread before all ordinary ones; says whether it is allowed.
-
-    Root may, and users with an rtprio limit, as ros2_control asks them to have.
-    """
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-    except (OSError, AttributeError):
-        return False
-    return True
-
-
-class Histogram:
-    """Counts of durations in bins of half a microsecond; the last holds all above 5 ms."""
-
-    BIN = 500
-    BINS = 10_000
-
-    def __init__(self) -> None:
-        self.counts = np.zeros(self.BINS, dtype=np.int64)
-        self.worst = 0
-
-    def add(self, duration: int) -> None:
-        """Count one duration, ns."""
-        self.counts[min(duration // self.BIN, self.BINS - 1)] += 1
-        if duration > self.worst:
-            self.worst = duration
-
-    def quantile(self, fraction: float) -> float:
-        """Seconds that this fraction of the durations does not exceed; 0 where there are none."""
-        total = np.cumsum(self.counts)
-        if total[-1] == 0:
-            return 0.0
-        at = int(np.searchsorted(total, fraction * total[-1]))
-        if at >= self.BINS - 1:
-            return self.worst / SECOND
-        return min((at + 0.5) * self.BIN, self.worst) / SECOND
-
-
-class Pace:
-    """Deadlines on the steady clock, a period apart, that do not drift.
-
-    Parameters
-    ----------
-    period : int, ns
-
-    Attributes
-    ----------
-    overruns : deadlines at which the work of the one before had not ended
-    lost : ns by which the deadlines were put off because too many had been missed
-    lateness : Histogram of how long after its deadline a wait ended
-    """
-
-    def __init__(self, period: int) -> None:
-        self.period = period
-        self.overruns = 0
-        self.lost = 0
-        self.lateness = Histogram()
-        self.deadline = time.monotonic_ns()
-
-    def start(self) -> None:
-        """Count periods from now."""
-        self.deadline = time.monotonic_ns()
-
-    def wait(self) -> None:
-        """Wait until the next deadline; return at once if it has passed."""
-        self.deadline += self.period
-        now = time.monotonic_ns()
-        if now > self.deadline:
-            self.overruns += 1
-            behind = now - self.deadline
-            if behind > PATIENCE:
-                missed = behind - behind % self.period
-                self.deadline += missed
-                self.lost += missed
-                self.overruns += missed // self.period
-        else:
-            if self.deadline - now > WATCH:
-                time.sleep((self.deadline - now - WATCH) / SECOND)
-            while (now := time.monotonic_ns()) < self.deadline:
-                pass
-        self.lateness.add(max(0, now - self.deadline))
+# Lockstep: for so many repeat periods nobody else comes before who has come is shown the state.
+ARRIVAL = 3
+# Lockstep: commands that may wait; a step that was asked for waits so long for its command, s.
+LONGEST_QUEUE = 100_000
+COMMAND_PATIENCE = 10.0
 
 
 @dataclass(frozen=True)
@@ -133,45 +41,15 @@ class Output:
     publish: Callable[[int], None]
 
 
-@dataclass(frozen=True)
-class Report:
-    """How a loop does; times in s, counts since it started.
+@dataclass
+class Job:
+    """Steps that were asked for while paused."""
 
-    Attributes
-    ----------
-    phase : "waiting" for the first command, "running", or "stopped"
-    status : "ok", or why the solver stopped
-    time : simulated
-    real_time_factor, recent_factor : simulated over elapsed time, and that of the last second
-    step_p50, step_p99, step_worst : one step of the solver
-    tick_p99, tick_worst : all work between two deadlines, publishing included
-    late_p99, late_worst : from a deadline to the beginning of its work
-    energy : kinetic, elastic, gravitational, J
-    conditioning : of closed loops, the least since the last report; None without loops
-    warning : what a user should know of a robot that still runs
-    """
-
-    phase: str = "waiting"
-    status: str = "ok"
-    time: float = 0.0
-    real_time_factor: float = 0.0
-    recent_factor: float = 0.0
-    ticks: int = 0
-    overruns: int = 0
-    recent_overruns: int = 0
-    lost: float = 0.0
-    step_p50: float = 0.0
-    step_p99: float = 0.0
-    step_worst: float = 0.0
-    tick_p99: float = 0.0
-    tick_worst: float = 0.0
-    late_p99: float = 0.0
-    late_worst: float = 0.0
-    timeouts: int = 0
-    real_time_priority: bool = False
-    energy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    conditioning: float | None = None
-    warning: str = ""
+    done: Future[int]
+    count: int
+    progress: Callable[[int], bool]
+    since: float
+    taken: int = 0
 
 
 class Loop:
@@ -182,16 +60,19 @@ class Loop:
     robot : Simulation
         From `start` on it belongs to the stepping thread.
     steps : int
-        Steps of a tick: commands are taken up, and deadlines kept, once a tick.
-    mode : str
-        realtime: a tick whenever its time has come.  fast: ticks without a pause.  lockstep: a tick
-        for each command.
+        Steps of a tick: between two deadlines, or for one command in lockstep.
+    mode : "realtime", "lockstep" or "fast"
     outputs : sequence of Output
         Called in this order.
+    period : int
+        Ticks of a control period, which is what `step` counts.
     command_timeout : float, s
-        Without a command for so long the torque becomes zero; 0 for never.
+        After which the torque becomes zero; 0 for never.
     wait_for_command : bool
-        Time stands still until the first command.  Always so in lockstep.
+        Time stands still until the first command, as it does in lockstep anyway.
+    audience : callable
+        Who listens and who commands now, as something that can be compared: lockstep shows its state again
+        when somebody has come.
     """
 
     def __init__(
@@ -201,40 +82,61 @@ class Loop:
         mode: str,
         outputs: Sequence[Output],
         *,
+        period: int = 1,
         command_timeout: float = 0.0,
         wait_for_command: bool = False,
+        audience: Callable[[], Hashable] = lambda: None,
     ) -> None:
         self.robot = robot
         self.steps = steps
         self.mode = mode
         self.outputs = list(outputs)
+        self.period = period
+        self.command_timeout = command_timeout
         self.report = Report()
         self.failure: Exception | None = None
-        self.ended = threading.Event()
         self.pace = Pace(round(steps * robot.step_size * SECOND))
-        self._timeout = round(command_timeout * SECOND)
-        self._wait = wait_for_command or mode == "lockstep"
+        self.ended = threading.Event()
+        self._wait = wait_for_command and mode != "lockstep"
+        self._audience = audience
         self._zero = np.zeros(robot.model.joints)
-        # The mailbox: one reference, so that it is swapped in one go; the latest command wins.
+        # The mailbox: the latest command wins.  One tuple, so that a reader never sees half of it.
         self._latest: tuple[np.ndarray, int] = (self._zero, 0)
-        self._arrived = threading.Event()
-        self._queue: SimpleQueue[np.ndarray] = SimpleQueue()  # lockstep forgets no command
+        self._in_force = self._zero
+        # Lockstep forgets no command; None wakes who waits for one.
+        self._queue: SimpleQueue[np.ndarray | None] = SimpleQueue()
+        self._wishes: SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = SimpleQueue()
+        self._wake = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stepping", daemon=True)
-        self._taken = 0
+        self._paused = False
+        self._job: Job | None = None
+        self._offset = 0  # ns of stamps before the last reset
+        self._taken = 0  # steps since then
+        self._index = 0  # ticks since then
         self._ticks = 0
         self._timeouts = 0
         self._timed_out = False
         self._step_time, self._tick_time = Histogram(), Histogram()
-        self._begun = 0
         self._first = False
-        self._window = (0, 0, 0)
+        self._moving = 0  # ns of elapsed time in which time went on
+        self._since = 0  # when it began to go on, ns; 0 while it stands still
+        self._window = (0.0, 0.0, 0)
         self._next_report = 0
+        self._shown: Hashable = None
+        self._seen: Hashable = None
+        self._unchanged = 0
+        self._ticks_seen = 0
 
     @property
     def time(self) -> int:
         """Simulated time, ns; counted in whole steps, so that it does not drift."""
-        return round(self._taken * self.robot.step_size * SECOND)
+        return self._offset + round(self._taken * self.robot.step_size * SECOND)
+
+    @property
+    def trouble(self) -> str:
+        """Why the solver has stopped, or nothing."""
+        return "" if self.robot.status == OK else f"the solver has stopped: {self.robot.reason}"
 
     def start(self) -> None:
         """Begin to step."""
@@ -243,61 +145,207 @@ class Loop:
     def stop(self) -> None:
         """End the thread after the tick it is in."""
         self._stop.set()
-        self._arrived.set()
+        self._rouse()
         if self._thread.is_alive():
             self._thread.join()
 
-    def put(self, torque: np.ndarray) -> None:
-        """Hand over a checked command (m,), N m; it holds until the next one."""
-        self._latest = (torque, time.monotonic_ns())
+    def put(self, torque: np.ndarray) -> bool:
+        """Hand over a checked command (m,), N m, which holds until the next; whether there is room for it."""
         if self.mode == "lockstep":
+            if self._queue.qsize() >= LONGEST_QUEUE:
+                return False
             self._queue.put(torque)
-        self._arrived.set()
+        else:
+            self._latest = (torque, time.monotonic_ns())
+            if self._wait:
+                self._wake.set()
+        return True
+
+    def ask(self, action: Callable[[], Any]) -> Future[Any]:
+        """Have something done by the stepping thread between two ticks."""
+        answer: Future[Any] = Future()
+        self._wishes.put((answer, action))
+        self._rouse()
+        if self.ended.is_set():
+            self._obey()
+        return answer
+
+    def pause(self) -> Future[None]:
+        """Let time stand still after the control period it is in."""
+        return self.ask(lambda: self._set_paused(True))
+
+    def resume(self) -> Future[None]:
+        """Let time go on."""
+        return self.ask(lambda: self._set_paused(False))
+
+    def step(self, count: int, progress: Callable[[int], bool] = lambda _: True) -> Future[int]:
+        """Take control periods while paused, as fast as it goes; how many there were.
+
+        Whatever else is asked for ends them early, and so does `progress`, which gets how many are done and
+        says whether to go on.  In lockstep each waits for its command, but not longer than ten seconds.
+        """
+        done: Future[int] = Future()
+
+        def begin() -> None:
+            if not self._paused:
+                raise RuntimeError("the robot is not paused; pause it before you step")
+            self._end_job()
+            self._job = Job(done, count, progress, time.monotonic())
+            if count == 0 or self.trouble:
+                self._end_job()
+
+        self.ask(begin).add_done_callback(
+            lambda f: done.set_exception(f.exception()) if f.exception() else None
+        )
+        return done
+
+    def reset(self, *, time: bool = False, state: bool = True) -> Future[None]:
+        """Return to the scene's first state with no torque, or begin time anew, or both.
+
+        Stamps go on, as ROS asks of time, unless `time` is to begin anew.
+        """
+
+        def begin_anew() -> None:
+            self._end_job()
+            now = self.time
+            if state:
+                self._forget_commands()
+                self.robot.reset()
+                self._taken = self._index = 0
+                self._in_force = self._zero
+            stamp = 0 if time else now
+            self._offset += stamp - self.time
+            self.pace.start()
+            self._publish(everything=True)
+
+        return self.ask(begin_anew)
+
+    def _forget_commands(self) -> None:
+        self._latest = (self._zero, 0)
+        while True:
+            try:
+                self._queue.get_nowait()
+            except Empty:
+                return
+
+    def _rouse(self) -> None:
+        self._wake.set()
+        self._queue.put(None)
+
+    def _set_paused(self, paused: bool) -> None:
+        self._end_job()
+        # A control period that has begun is ended, so that steps are whole ones.
+        while self._index % self.period and self.robot.status == OK:
+            self._tick(self._command())
+        self._paused = paused
 
     def _run(self) -> None:
         try:
             sleep_finely()
             self._first = self.mode == "realtime" and go_first()
-            self._publish()
-            if self._wait:
-                self._repeat(until=self._arrived)
-            self._begun = time.monotonic_ns()
-            self._window = (self._begun, 0, 0)
-            {"realtime": self._paced, "fast": self._fast, "lockstep": self._locked}[self.mode]()
-            if self.robot.status != OK:
-                self._repeat(until=self._stop)
+            self._take_report(time.monotonic_ns())
+            if self.mode != "lockstep":
+                self._publish(everything=True)
+            while not self._stop.is_set():
+                self._wake.clear()
+                self._obey()
+                if self._standing():
+                    self._stand()
+                elif self.mode == "lockstep":
+                    self._start_clock()
+                    self._locked()
+                else:
+                    self._start_clock()
+                    if self.mode == "realtime" and self._job is None:
+                        self.pace.wait()
+                    self._tick(self._command())
             self._take_report(time.monotonic_ns())
         except Exception as problem:
             self.failure = problem
         finally:
+            self._end_job()
             self.ended.set()
+            self._obey()
 
-    def _going(self) -> bool:
-        return not self._stop.is_set() and self.robot.status == OK
+    def _obey(self) -> None:
+        """Do what was asked for."""
+        while not self._wishes.empty():
+            try:
+                answer, action = self._wishes.get_nowait()
+            except Empty:
+                return
+            if self.ended.is_set():
+                answer.set_exception(RuntimeError("the robot's process is ending"))
+                continue
+            try:
+                answer.set_result(action())
+            except Exception as problem:
+                answer.set_exception(problem)
 
-    def _paced(self) -> None:
-        self.pace.start()
-        while self._going():
-            self.pace.wait()
-            self._tick(self._command())
+    def _waiting(self) -> bool:
+        return self._wait and not self._latest[1]
 
-    def _fast(self) -> None:
-        while self._going():
-            self._tick(self._command())
+    def _standing(self) -> bool:
+        return (
+            self.robot.status != OK
+            or (self._paused and self._job is None)
+            or (self._waiting() and self._job is None)
+        )
+
+    def _start_clock(self) -> None:
+        if not self._since:
+            self._since = time.monotonic_ns()
+            self.pace.start()
+
+    def _stop_clock(self) -> None:
+        if self._since:
+            self._moving += time.monotonic_ns() - self._since
+            self._since = 0
+
+    def _stand(self) -> None:
+        """Let time stand still for a moment, and show where it does."""
+        self._end_job()
+        self._stop_clock()
+        self._take_report(time.monotonic_ns())
+        if self._wake.wait(REPEAT_PERIOD) or self._stop.is_set():
+            return
+        if self.mode == "lockstep" and self.robot.status == OK:
+            self._welcome()
+        else:
+            self._publish(everything=True)
+
+    def _welcome(self) -> None:
+        """Show the state again to who has come, once all who come together are there.
+
+        A state is not shown to lockstep's controllers twice without need, since one that answers it twice
+        would be a period ahead from then on.
+        """
+        audience = self._audience()
+        if self._ticks != self._ticks_seen:  # all who are there have heard a later state
+            self._ticks_seen, self._shown = self._ticks, audience
+        self._unchanged = self._unchanged + 1 if audience == self._seen else 0
+        self._seen = audience
+        if audience != self._shown and self._unchanged >= ARRIVAL:
+            self._publish(everything=True)
+            self._shown = audience
 
     def _locked(self) -> None:
-        while self._going():
-            try:
-                torque = self._queue.get(timeout=REPEAT_PERIOD)
-            except Empty:
-                self._take_report(time.monotonic_ns())
-                continue
+        try:
+            torque = self._queue.get(timeout=REPEAT_PERIOD)
+        except Empty:
+            self._welcome()
+            self._take_report(time.monotonic_ns())
+            if self._job is not None and time.monotonic() - self._job.since > COMMAND_PATIENCE:
+                self._end_job()
+            return
+        if torque is not None:
             self._tick(torque)
 
     def _command(self) -> np.ndarray:
         """Return the torque in force."""
         torque, arrival = self._latest
-        if self._timeout and arrival and time.monotonic_ns() - arrival > self._timeout:
+        timeout = self.command_timeout
+        if timeout and arrival and time.monotonic_ns() - arrival > timeout * SECOND:
             if not self._timed_out:
                 self._timeouts += 1
                 self._timed_out = True
@@ -308,7 +356,9 @@ class Loop:
     def _tick(self, torque: np.ndarray) -> None:
         begin = time.monotonic_ns()
         robot = self.robot
-        robot.command(torque)
+        if torque is not self._in_force:
+            robot.command(torque)
+            self._in_force = torque
         if self._taken == 0:
             robot.prepare()  # the first acceleration is that of the first torque
         for _ in range(self.steps):
@@ -317,45 +367,69 @@ class Loop:
                 break
             self._step_time.add(time.monotonic_ns() - before)
             self._taken += 1
+        self._index += 1
         self._ticks += 1
         self._publish()
         now = time.monotonic_ns()
         self._tick_time.add(now - begin)
+        if self._job is not None:
+            self._count(self._job)
         if now >= self._next_report or robot.status != OK:
             self._take_report(now)
+
+    def _count(self, job: Job) -> None:
+        """A job is done when its control periods are, or its progress says so, or the solver stops."""
+        if self.robot.status == OK and self._index % self.period:
+            return
+        job.taken += self.robot.status == OK
+        job.since = time.monotonic()
+        if self.robot.status != OK or not job.progress(job.taken) or job.taken >= job.count:
+            self._end_job()
+
+    def _end_job(self) -> None:
+        job, self._job = self._job, None
+        if job is not None:
+            self._stop_clock()
+            self._take_report(time.monotonic_ns())
+            job.done.set_result(job.taken)
 
     def _publish(self, *, everything: bool = False) -> None:
         """Publish what is due."""
         stamp = self.time
         for output in self.outputs:
-            if everything or self._ticks % output.every == 0:
+            if everything or self._index % output.every == 0:
                 output.publish(stamp)
 
-    def _repeat(self, until: threading.Event) -> None:
-        """Publish the state again and again while time stands still."""
-        while not until.wait(REPEAT_PERIOD) and not self._stop.is_set():
-            self._publish(everything=True)
-            self._take_report(time.monotonic_ns())
+    def _phase(self) -> str:
+        if self.robot.status != OK:
+            return "stopped"
+        if self._paused:
+            return "paused"
+        started = self._ticks > 0 if self.mode == "lockstep" else not self._waiting()
+        return "running" if started else "waiting"
 
     def _take_report(self, now: int) -> None:
+        if now < self._next_report and not self._since and self.report.phase == self._phase():
+            return
         self._next_report = now + REPORT_PERIOD
-        simulated = self.time
+        tick = self.steps * self.robot.step_size
+        simulated = self._ticks * tick
+        moving = (self._moving + (now - self._since if self._since else 0)) / SECOND
         last, last_simulated, last_overruns = self._window
-        elapsed, recent = now - self._begun, now - last
-        moving = self._begun > 0
-        stopped = self.robot.status != OK
+        recent = moving - last
         kinetic, elastic, gravitational = map(float, self.robot.energy())
         overruns = self.pace.overruns
         loops = self.robot.singularity
         self.report = Report(
-            phase="stopped" if stopped else "running" if moving else "waiting",
+            phase=self._phase(),
             status=self.robot.reason,
-            time=simulated / SECOND,
-            real_time_factor=simulated / elapsed if moving and elapsed else 0.0,
-            recent_factor=(simulated - last_simulated) / recent if moving and recent else 0.0,
+            time=self.time / SECOND,
+            real_time_factor=simulated / moving if moving else 0.0,
+            recent_factor=(simulated - last_simulated) / recent if recent else 0.0,
             ticks=self._ticks,
             overruns=overruns,
             recent_overruns=overruns - last_overruns,
+            longest_run=self.pace.longest_run,
             lost=self.pace.lost / SECOND,
             step_p50=self._step_time.quantile(0.5),
             step_p99=self._step_time.quantile(0.99),
@@ -372,5 +446,4 @@ class Loop:
         )
         if loops is not None:
             loops.worst = loops.now
-        if moving:
-            self._window = (now, simulated, overruns)
+        self._window = (moving, simulated, overruns)

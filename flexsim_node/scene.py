@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError
+from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent
 
 from .schema import Misplaced, Scene
 
@@ -231,3 +232,35 @@ def load_scene(scene: str | Path | Mapping[str, Any], overrides: Mapping[str, An
         return Scene.model_validate(plain)
     except ValidationError as problem:
         raise SceneError(_explain(problem.errors(), document, source, overridden)) from None
+
+
+LONGEST_FAULTS = 10_000  # characters
+DEEPEST_FAULTS = 4  # list, fault, inertia, its rows
+
+
+def faults_from_text(text: str) -> list[Any]:
+    """Read a list of faults as a scene's `faults:` has it, from YAML that somebody sent.
+
+    Raises
+    ------
+    SceneError
+    """
+    right = "give a list such as [{kind: delay, time: 0.005}], or [] for none"
+    if len(text) > LONGEST_FAULTS:
+        raise SceneError(f"faults: has {len(text)} characters; give at most {LONGEST_FAULTS}")
+    try:
+        # Aliases can stand for ever more of themselves, and deep nesting takes the parser for ever.
+        depth = 0
+        for event in YAML(typ="safe", pure=True).parse(text):
+            depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
+            if isinstance(event, AliasEvent) or depth > DEEPEST_FAULTS:
+                raise SceneError(f"faults: has a YAML alias, or lists in lists; {right}")
+        found = YAML(typ="safe", pure=True).load(text)
+    except SceneError:
+        raise
+    except Exception as problem:  # ruamel raises several kinds for broken documents
+        reason = " ".join(str(problem).split())[:200]
+        raise SceneError(f"faults: not YAML: {reason}; {right}") from None
+    if not isinstance(found, list):
+        raise SceneError(f"faults: is no list; {right}")
+    return found

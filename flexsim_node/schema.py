@@ -466,6 +466,73 @@ class Solver(_Part):
     absolute_tolerance: Positive = 1e-10
 
 
+Signal = Literal["position", "velocity", "effort"]
+Duration = Annotated[Number, _between(0.0, 10.0, "s", "seconds")]
+# kind of a fault: what it needs, and what else it may have
+FAULTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "delay": (("time",), ()),
+    "jitter": (("time",), ()),
+    "drop": (("probability",), ()),
+    "repeat": (("probability", "time"), ()),
+    "lag": (("time_constant",), ("joints",)),
+    "saturate": (("limit",), ("joints",)),
+    "quantize": (("signal", "resolution"), ("joints",)),
+    "bias": (("signal", "value"), ("joints",)),
+    "noise": (("signal", "deviation"), ("joints",)),
+    "freeze": (("signal",), ("joints",)),
+    "disturbance": (("value",), ("joints",)),
+    "payload": (("link", "mass"), ("center_of_mass", "inertia")),
+}
+
+
+class Fault(_Part):
+    """Something that goes wrong on purpose, from `start` to before `end`, s since the robot's first state.
+
+    Commands are delayed, jittered, dropped, repeated; actuators lag and saturate; sensors are quantized,
+    biased, noisy, frozen; joints are pushed; a link's payload is another one.
+    """
+
+    kind: Literal[
+        "delay", "jitter", "drop", "repeat", "lag", "saturate",
+        "quantize", "bias", "noise", "freeze", "disturbance", "payload",
+    ]  # fmt: skip
+    start: NotNegative = 0.0
+    end: Positive | None = None
+    joints: Annotated[tuple[Name, ...], Field(min_length=1)] | None = None
+    time: Duration | None = None
+    probability: Annotated[Number, _between(0.0, 1.0, "")] | None = None
+    time_constant: Positive | None = None
+    limit: NotNegative | None = None
+    signal: Signal | None = None
+    resolution: Positive | None = None
+    value: Number | None = None
+    deviation: NotNegative | None = None
+    link: Name | None = None
+    mass: NotNegative | None = None
+    center_of_mass: Vector | None = None
+    inertia: tuple[Vector, Vector, Vector] | None = None
+
+    @model_validator(mode="after")
+    def _of_its_kind(self) -> Fault:
+        needed, possible = FAULTS[self.kind]
+        for key in type(self).model_fields:
+            given = getattr(self, key) is not None
+            if key in needed and not given:
+                raise ValueError(f"lacks {key}; {self.kind} needs {', '.join(needed)}")
+            if given and key not in (*needed, *possible, "kind", "start", "end"):
+                known = ", ".join((*needed, *possible, "start", "end"))
+                raise Misplaced((key,), f"has no meaning for {self.kind}; give {known}")
+        if self.end is not None and self.end <= self.start:
+            raise Misplaced(("end",), f"is {self.end:g}, not after start {self.start:g}; give a later time")
+        self.body()  # refuses an inertia that no body can have
+        return self
+
+    def body(self) -> Payload:
+        """What a link carries while this payload lasts."""
+        centre = self.center_of_mass or (0.0, 0.0, 0.0)
+        return Payload(mass=self.mass or 0.0, center_of_mass=centre, inertia=self.inertia)
+
+
 class Scene(_Part):
     """A robot scene, as design.md's section on scene files lays it down."""
 
@@ -485,6 +552,8 @@ class Scene(_Part):
     torque: tuple[Torque, ...] = ()
     duration: Annotated[Number, _between(0.0, 1e6, "s", open_low=True)] = 1.0
     tolerance: Positive | None = None
+    faults: tuple[Fault, ...] = ()
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1, strict=True)] = 0  # of what is random in the faults
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -600,6 +669,17 @@ class Scene(_Part):
                 f"leave {self.effects.undecided[0]} to auto, but the scene has no tolerance to decide by;"
                 " give tolerance: metres at the tip, such as 1.0e-4",
             )
+        for n, fault in enumerate(self.faults):
+            for kind, given, known in (
+                ("joints", fault.joints or (), self.joint_names),
+                ("link", (fault.link,) if fault.link else (), tuple(names)),
+            ):
+                wrong = [name for name in given if name not in known]
+                if wrong:
+                    raise Misplaced(
+                        ("faults", n, kind),
+                        f"has {wrong[0]!r}, which does not exist; give {', '.join(known)}",
+                    )
         return self
 
     def _check_torque(self) -> None:

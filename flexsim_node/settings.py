@@ -13,8 +13,18 @@ from typing import Any
 from .realtime import MODES
 
 OVERRIDE = "override."
+# What may be set while the node runs.
+CHANGEABLE = (
+    "command_timeout",
+    "elastic_rate",
+    "shape_rate",
+    "clock_rate",
+    "publish_clock",
+    "faults",
+)
 # Ticks shorter than this would spend the processor on waking up: there, several steps share one.
 SHORTEST_TICK = 0.5e-3
+SLOWEST = 1e-6  # Hz
 WHOLE = 1e-6  # how far a period may be from a whole number of steps
 
 
@@ -43,6 +53,7 @@ class Settings:
         0.0, "s without a command after which the torque becomes zero; 0.0: never"
     )
     wait_for_command: bool = _setting(False, "whether time stands still until the first command")
+    faults: str = _setting("", "faults on purpose, a YAML list as in a scene; empty: those of the scene")
     override: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -60,13 +71,30 @@ def settings(given: Mapping[str, Any]) -> Settings:
     ------
     SettingError
     """
+    plain = {name: value for name, value in given.items() if not name.startswith(OVERRIDE)}
+    override = {
+        name.removeprefix(OVERRIDE): list(value) if isinstance(value, array.array) else value
+        for name, value in given.items()
+        if name.startswith(OVERRIDE)
+    }
+    found = Settings(**changed(plain), override=override)
+    if not found.scene:
+        raise SettingError("no scene is given; give one: --ros-args -p scene:=PATH.yaml")
+    if found.mode not in MODES:
+        raise SettingError(f"mode is {found.mode!r}; give {', '.join(MODES)}")
+    return found
+
+
+def changed(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Check each of some parameters by itself.
+
+    Raises
+    ------
+    SettingError
+    """
     known = meanings()
-    values: dict[str, Any] = {"override": {}}
+    values: dict[str, Any] = {}
     for name, value in given.items():
-        if name.startswith(OVERRIDE):
-            plain = list(value) if isinstance(value, array.array) else value
-            values["override"][name.removeprefix(OVERRIDE)] = plain
-            continue
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
             hint = (
@@ -82,16 +110,10 @@ def settings(given: Mapping[str, Any]) -> Settings:
             kind = {str: "text", float: "a number", bool: "true or false"}[type(default)]
             raise SettingError(f"{name} is {value!r}; give {kind}: {known[name][1]}")
         values[name] = value
-    found = Settings(**values)
-    if not found.scene:
-        raise SettingError("no scene is given; give one: --ros-args -p scene:=PATH.yaml")
-    if found.mode not in MODES:
-        raise SettingError(f"mode is {found.mode!r}; give {', '.join(MODES)}")
-    if not (math.isfinite(found.command_timeout) and found.command_timeout >= 0.0):
-        raise SettingError(
-            f"command_timeout is {found.command_timeout}; give seconds, 0.0 for never"
-        )
-    return found
+    timeout = values.get("command_timeout", 0.0)
+    if not (math.isfinite(timeout) and timeout >= 0.0):
+        raise SettingError(f"command_timeout is {timeout}; give seconds, 0.0 for never")
+    return values
 
 
 @dataclass(frozen=True)
@@ -106,18 +128,18 @@ class Schedule:
     clock: int
 
 
-def schedule(given: Settings, step: float) -> Schedule:
+def schedule(given: Settings, step: float, tick: int | None = None) -> Schedule:
     """Fit the rates of a node to its scene's step.
 
     The step is the scene's, shortened where it must be so that a whole number of them makes 1/rate,
-    as `simulate` does with its sample_period.
+    as `simulate` does with its sample_period.  The tick's steps are found where they are not given.
 
     Raises
     ------
     SettingError
         where a rate can't be kept with whole steps
     """
-    if not (math.isfinite(given.rate) and 0.0 < given.rate <= 1e5):
+    if not (math.isfinite(given.rate) and SLOWEST <= given.rate <= 1e5):
         raise SettingError(f"rate is {given.rate}; give Hz, more than zero")
     period = 1.0 / given.rate
     whole = max(1, math.ceil(period / step - 1e-9))
@@ -125,7 +147,7 @@ def schedule(given: Settings, step: float) -> Schedule:
     periods = {"rate": whole}
     for name in ("elastic_rate", "shape_rate", "clock_rate"):
         rate = getattr(given, name)
-        if not (math.isfinite(rate) and 0.0 < rate <= 1.0 / step * (1.0 + WHOLE)):
+        if not (math.isfinite(rate) and SLOWEST <= rate <= 1.0 / step * (1.0 + WHOLE)):
             raise SettingError(f"{name} is {rate}; give Hz, at most {1.0 / step:g}, a step each")
         steps = 1.0 / (rate * step)
         periods[name] = round(steps)
@@ -135,18 +157,25 @@ def schedule(given: Settings, step: float) -> Schedule:
                 f"{name} is {rate:g} Hz, {steps:.4g} steps of {step:g} s; "
                 f"give a whole number of steps: {near:g} Hz"
             )
-    common = reduce(math.gcd, periods.values())
-    if given.mode == "lockstep":
-        tick = whole  # one command, one control period
-        for name, steps in periods.items():
-            if steps % tick:
-                raise SettingError(
-                    f"{name} is not a whole part of rate ({given.rate:g} Hz), as lockstep needs"
-                )
-    else:
-        divisors = [k for k in range(1, common + 1) if common % k == 0]
-        tick = next((k for k in divisors if k * step >= SHORTEST_TICK * (1.0 - WHOLE)), common)
+    if tick is None:
+        tick = _tick(given.mode, step, periods)
+    for name, steps in periods.items():
+        if steps % tick:
+            near = 1.0 / (max(1, round(steps / tick)) * tick * step)
+            raise SettingError(
+                f"{name} is {getattr(given, name):g} Hz, {steps / tick:.4g} ticks of {tick * step:g} s;"
+                f" give a whole number of ticks: {near:g} Hz"
+            )
     ticks = {name: steps // tick for name, steps in periods.items()}
     return Schedule(
         step, tick, ticks["rate"], ticks["elastic_rate"], ticks["shape_rate"], ticks["clock_rate"]
     )
+
+
+def _tick(mode: str, step: float, periods: Mapping[str, int]) -> int:
+    """Steps of a tick, where these are the steps of each topic's period."""
+    if mode == "lockstep":
+        return periods["rate"]  # one command, one control period
+    common = reduce(math.gcd, periods.values())
+    divisors = [k for k in range(1, common + 1) if common % k == 0]
+    return next((k for k in divisors if k * step >= SHORTEST_TICK * (1.0 - WHOLE)), common)

@@ -83,6 +83,7 @@ def simulate(
     ----------
     torque : a callable t -> (m,), or an array (K, m) held between samples, zero at passive joints; the
         scene's own profile where None
+        (where the scene has faults, each sample's torque is a command, held to the next)
     sample_period : s between samples; the scene's step where None.  Steps are as long as the scene says,
         shortened so that a whole number of them makes a period
     wrench : link name to a callable t -> (6,), force (N) and moment (N m) on that link's end along the axes
@@ -122,8 +123,14 @@ def simulate(
             robot.assemble()
     adaptive = None
     if robot.advance is None:
+        if robot.faults is not None:
+            raise ValueError(f"{robot.method} has no fixed steps for faults to count; give another method")
         smooth = not isinstance(torque, np.ndarray)
         adaptive = Adaptive(robot.model, robot.work, robot.method, applied, motion, load, smooth)
+    elif robot.faults is not None:
+        robot.command(applied(0.0))
+        robot.prepare()
+        robot.warm()
     else:
         robot.torque[:] = applied(0.0)
         robot.prepare()
@@ -181,10 +188,16 @@ def simulate(
                 if robot.singularity is not None:
                     robot.singularity.look(robot.work)
             else:
-                robot.torque[0] = applied(t)
-                if constant:
-                    robot.torque[1:] = robot.torque[0]
+                if robot.faults is not None:
+                    # a command a sample, as a controller of that period sends it
+                    if n == 0 and k > 0:
+                        robot.command(applied(t))
+                    if n == 0:
+                        torques[k] = robot.torque[0]
+                elif constant:
+                    robot.torque[:] = applied(t)
                 else:
+                    robot.torque[0] = applied(t)
                     robot.torque[1], robot.torque[2] = applied(t + 0.5 * h), applied(t + h)
                 if prescribed:
                     robot.motion[0], robot.motion[1] = motion(t), motion(t + 0.5 * h)

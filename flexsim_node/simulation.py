@@ -9,8 +9,9 @@ from .assembly import Assembly
 from .binding import STEPPERS, bind
 from .chain import workspace
 from .energy import energy
+from .faults import Faults, payload_scenes
 from .integrators import METHODS
-from .model import Model, build_model
+from .model import Model, build_model, is_planar
 from .observation import Observation
 from .scene import Scene, SceneError
 from .sensors import Sensors
@@ -29,6 +30,7 @@ class Simulation:
     status : 0, or a key of acceleration.REASONS; a failed step leaves the last good state
     torque : (3, m) at start, middle and end of the coming step, N m (N for prismatic joints)
     motion : (3, 3, m) prescribed position, velocity, acceleration of held joints at the same times
+    faults : what comes between commands and torques and between joints and sensors, or None
     """
 
     def __init__(
@@ -38,35 +40,101 @@ class Simulation:
         held: tuple[str, ...] = (),
         planar: bool | None = None,
     ) -> None:
-        self.model: Model = build_model(scene, planar, driven=held)
-        self.scene = scene = self.model.scene  # its open effects decided
-        self.work = workspace(self.model.chain)
+        self.held, self.planar = held, planar
         self.step_size = scene.solver.step if step is None else step
-        m, n = self.model.joints, self.model.unknowns
-        for name in held:
-            k = joint_index(scene, name)
-            self.work.held[self.model.joint_links[k]] = True
-        self.x, self.v = np.zeros(n), np.zeros(n)
-        self.torque, self.motion = np.zeros((3, m)), np.zeros((3, 3, m))
-        self.limit = np.array([j.effort_limit or np.inf for j in scene.joints])
-        self.view = Observation(self.model)
-        self.sensors = Sensors(self.model)
-        self.assembly = Assembly(self.model) if scene.loops else None
-        self.singularity: Singularity | None = None
-        self.energies = np.zeros(3)
-        self._acceleration = np.zeros(n)
         self.method = scene.solver.method
         self.advance = STEPPERS.get(self.method)
-        self._bound = bind(self.model.chain, self.work, self.x, self.v, self.torque, self.motion)
+        self.limit = np.array([j.effort_limit or np.inf for j in scene.joints])
+        m = len(scene.joints)
+        self.torque, self.motion = np.zeros((3, m)), np.zeros((3, 3, m))
+        self.energies = np.zeros(3)
+        self.faults: Faults | None = None
+        self._plants = self._build(scene)
+        self.scene = scene = scene.model_copy(update={"effects": self._plants[0][1].scene.effects})
+        n = self._plants[0][1].unknowns
+        self.x, self.v, self._acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
+        self._bind()
+        self.assembly = Assembly(self.model) if scene.loops else None
+        self.singularity: Singularity | None = None
         self.option = scene.solver.spectral_radius
-        self.watch = ValidityWatch(self.model, self.work.validity)
         self.time = 0.0
         self.status = OK
+        if scene.faults:
+            self.faults = Faults(scene, self.step_size, self.limit)
         self.reset()
+
+    def _build(self, scene: Scene) -> list[tuple[int, Model]]:
+        """Models for each payload that the scene's faults bring, and the steps from which on they hold."""
+        variants = payload_scenes(scene, self.step_size)
+        planar = self.planar
+        if planar is None and len(variants) > 1:
+            planar = all(is_planar(variant) for _, variant in variants)
+        first = build_model(variants[0][1], planar, self.held)
+        # effects left open are decided once
+        decided = {"effects": first.scene.effects}
+        built = [(variants[0][0], first)]
+        for step, variant in variants[1:]:
+            built.append((step, build_model(variant.model_copy(update=decided), planar, self.held)))
+        if any(model.unknowns != built[0][1].unknowns for _, model in built):
+            raise SceneError(f"{scene.name}: faults: a payload changes the robot's degrees of freedom")
+        return built
+
+    def _bind(self) -> None:
+        """Tie every model to the state, so that a change in flight only takes another set."""
+        first = workspace(self._plants[0][1].chain)
+        if hasattr(self, "work"):
+            first.external[:], first.loaded[:] = self.work.external, self.work.loaded
+        self._bound_plants = []
+        for _, model in self._plants:
+            # what acts from outside, and what was seen, are the same whatever the robot carries
+            work = workspace(model.chain)._replace(
+                external=first.external, loaded=first.loaded, validity=first.validity
+            )
+            for name in self.held:
+                work.held[model.joint_links[joint_index(self.scene, name)]] = True
+            bound = bind(model.chain, work, self.x, self.v, self.torque, self.motion)
+            watch = ValidityWatch(model, first.validity)
+            self._bound_plants.append((model, work, bound, Observation(model), Sensors(model), watch))
+        self._take_plant(0)
+
+    def _take_plant(self, k: int) -> None:
+        self._plant = k
+        (self.model, self.work, self._bound, self.view, self.sensors, self.watch) = self._bound_plants[k]
+
+    def set_faults(self, scene: Scene) -> None:
+        """Take the faults of a scene that is otherwise this one's; what is on its way is forgotten.
+
+        It allocates: not for the middle of a run that has deadlines.
+        """
+        scene = scene.model_copy(update={"effects": self.scene.effects})
+        plants = self._build(scene)
+        if plants[0][1].unknowns != len(self.x):
+            raise SceneError(f"{scene.name}: faults: a payload changes the robot's degrees of freedom")
+        self._plants, self.scene = plants, scene
+        steps = self.faults.step if self.faults else round(self.time / self.step_size)
+        self.faults = Faults(scene, self.step_size, self.limit) if scene.faults else None
+        self._bind()
+        if self.faults is not None:
+            self.faults.begin(steps, self.torque[2])
+            self._change_payload()
+        self.prepare()
+
+    def _change_payload(self) -> bool:
+        """Take the model that holds from the coming step on; whether it is another."""
+        assert self.faults is not None
+        now = self.faults.step
+        k = max(k for k, (step, _) in enumerate(self._plants) if step <= now)
+        changed = k != self._plant
+        if changed:
+            self._take_plant(k)
+        return changed
 
     def reset(self) -> None:
         """Return to the scene's initial state; time starts again at zero."""
         initial, m = self.scene.initial, self.model.joints
+        if self.faults is not None:
+            self.faults.reset()
+            self._take_plant(0)
         self.x[:], self.v[:] = 0.0, 0.0
         self.x[:m] = self.scene.start("position")
         self.v[:m] = self.scene.start("velocity")
@@ -78,7 +146,7 @@ class Simulation:
         elif initial.shape == "static":
             self.x[:] = rest_shape(self.model, self.x[:m])
         self.torque[:] = 0.0
-        self.motion[:, 0], self.motion[:, 1] = self.joint_position(), self.joint_velocity()
+        self.motion[:, 0], self.motion[:, 1] = self.model.shown(self.x), self.model.shown(self.v)
         self.apply(None)
         self.time = 0.0
         self.status = OK
@@ -122,7 +190,7 @@ class Simulation:
             return
         x, v, seen = self.x.copy(), self.v.copy(), self.work.validity.copy()
         time = self.time
-        self.step()
+        self.status = self.advance(self._bound, self.step_size, self.option)
         self.sense()
         self.look()
         self.energy()
@@ -134,6 +202,10 @@ class Simulation:
 
     def command(self, torque: np.ndarray) -> None:
         """Hold a torque (m,) from the next step on, within the joints' effort limits."""
+        if self.faults is not None:
+            self.faults.arrive(torque)
+            self.faults.drive(self.torque)
+            return
         np.clip(torque, -self.limit, self.limit, out=self.torque[0])
         self.torque[1:] = self.torque[0]
 
@@ -158,11 +230,18 @@ class Simulation:
     def step(self) -> int:
         """Advance by one step with the torque and motion at hand.  Returns the status."""
         assert self.advance is not None
+        faults = self.faults
+        if faults is not None:
+            faults.drive(self.torque)
+            if self._change_payload():
+                self.prepare()
         self.status = self.advance(self._bound, self.step_size, self.option)
         if self.status == OK:
             self.time += self.step_size
             if self.singularity is not None:
                 self.singularity.look(self.work)
+            if faults is not None:
+                faults.advance()
         elif self.status != NOT_VALID and self.singularity is not None and self.singularity.now < NEAR:
             self.status = LOOP_OPEN
         return self.status
@@ -200,11 +279,18 @@ class Simulation:
 
     def joint_position(self) -> np.ndarray:
         """(m,) what the motors' encoders show, rad or m (Model.shown)."""
-        return self.model.shown(self.x)
+        return self._measured("position", self.model.shown(self.x))
 
     def joint_velocity(self) -> np.ndarray:
         """(m,) rates of the joints, rad/s or m/s."""
-        return self.model.shown(self.v)
+        return self._measured("velocity", self.model.shown(self.v))
+
+    def joint_effort(self) -> np.ndarray:
+        """(m,) torques that the motors' sensors show, of the step that led to this state, N m or N."""
+        return self._measured("effort", self.torque[2])
+
+    def _measured(self, signal: str, values: np.ndarray) -> np.ndarray:
+        return values if self.faults is None else self.faults.measure(signal, values)
 
     def follow_motion(self) -> None:
         """Put the joints whose motion is prescribed where it says they are; needs prepare() afterwards."""

@@ -149,7 +149,9 @@ def fire_criteria(test: FireTest, time: int) -> FireCriteria:
     )
 
 
-def diagnostics(report: Report, scene: str, time_scale: str, timeout: float) -> DiagnosticArray:
+def diagnostics(
+    report: Report, scene: str, time_scale: str, timeout: float, troubles: int = 0
+) -> DiagnosticArray:
     """Return how the node does: its pace, its furnace, its solver, its deformation."""
     ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
     refused = report.refused.total()
@@ -182,7 +184,7 @@ def diagnostics(report: Report, scene: str, time_scale: str, timeout: float) -> 
         ),
         _status(
             "furnace",
-            warn if stale or report.tolerance or refused else ok,
+            warn if stale or report.tolerance or refused or troubles else ok,
             furnace_says,
             scene,
             {
@@ -192,6 +194,7 @@ def diagnostics(report: Report, scene: str, time_scale: str, timeout: float) -> 
                 "accepted": report.accepted,
                 "refused": refused,
                 **{f"refused, {reason}": n for reason, n in report.refused.items()},
+                "not a message": troubles,
             },
         ),
         _status(

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
 import time
 from collections.abc import Callable
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from flexsim_msgs.msg import (
     FireCriteria,
@@ -18,6 +15,8 @@ from flexsim_msgs.msg import (
     TemperatureField,
     Thermocouples,
 )
+from flexsim_ros import Entity, SimulationServices, run_node, spin_through
+from flexsim_ros.entities import STATIC_OBJECT
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
@@ -26,16 +25,16 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image, PointCloud2, Temperature
+from simulation_interfaces.msg import EntityState
 
 from . import conversions
 from .background_deformation import BackgroundDeformation
 from .fire_test import FireTest
 from .realtime import Loop, Output
 from .scene import Scene, SceneError, load_scene
-from .settings import SettingError, Settings, meanings, settings
+from .settings import CHANGEABLE, OVERRIDE, SettingError, Settings, meanings, settings
 
 NAME = "thermal_node"
 # rclpy's own, which every node takes.
@@ -59,22 +58,14 @@ class ThermalNode(Node):
         # What never changes goes out first: whoever waits for it need not wait for the kernels.
         self._mesh = self.create_publisher(LeafMesh, "door/mesh", LATCHED)
         self._mesh.publish(conversions.leaf_mesh(self.test))
-        outputs = [
-            self._output(Temperature, "furnace/temperature", conversions.furnace_temperature),
-            self._output(Thermocouples, "door/thermocouples", conversions.thermocouples),
-            self._output(FireCriteria, "door/criteria", conversions.fire_criteria),
-            *(
-                self._output(kind, topic, convert, given.field_every)
-                for kind, topic, convert in (
-                    (TemperatureField, "door/temperature_field", conversions.temperature_field),
-                    (PointCloud2, "door/temperature_points", conversions.temperature_points),
-                    (Image, "door/unexposed/image", conversions.unexposed_image),
-                )
-            ),
-        ]
-        if given.publish_clock:
-            # Last, so that who waits for this time finds the state that belongs to it.
-            outputs.append(self._output(Clock, "/clock", lambda _, time: conversions.clock(time)))
+        publisher, queue = self.create_publisher, QUEUE
+        self._furnace = publisher(Temperature, "furnace/temperature", queue)
+        self._thermocouples = publisher(Thermocouples, "door/thermocouples", queue)
+        self._criteria = publisher(FireCriteria, "door/criteria", queue)
+        self._field = publisher(TemperatureField, "door/temperature_field", queue)
+        self._points = publisher(PointCloud2, "door/temperature_points", queue)
+        self._infrared = publisher(Image, "door/unexposed/image", queue)
+        self._clocks = publisher(Clock, "/clock", queue) if given.publish_clock else None
         deflections = self.create_publisher(LeafDeflection, "door/deflection", QUEUE)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
         self.test.warm()
@@ -82,7 +73,7 @@ class ThermalNode(Node):
             self.test,
             given.rate,
             given.pace,
-            outputs,
+            self._outputs(),
             duration=given.duration,
             wait_for_furnace=given.wait_for_furnace,
             deformation=deformation,
@@ -96,10 +87,14 @@ class ThermalNode(Node):
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self.publish_diagnostics, clock=steady)
         self._said = ""
-        pace = "as fast as it goes" if given.pace == float("inf") else f"{given.pace:g} x real time"
-        self._pace = pace
+        self.troubles = 0  # inputs that came to nothing
+        leaf = Entity(scene.name, STATIC_OBJECT, f"fire door, {scene.solver.model}", ("door",))
+        self.simulation = SimulationServices(
+            self, self.loop, [leaf], self._entity_states, f"a step is 1/rate, {1.0 / given.rate:g} s"
+        )
         self.get_logger().info(
-            f"{scene.name}: {scene.solver.model}, {len(self.test.model.nodes)} unknowns, {pace}; "
+            f"{scene.name}: {scene.solver.model}, {len(self.test.model.nodes)} unknowns, "
+            f"{given.pace_in_words}; "
             f"kernels ready in {time.monotonic() - begun:.1f} s"
         )
 
@@ -112,18 +107,51 @@ class ThermalNode(Node):
             if self.has_parameter(name):
                 self.undeclare_parameter(name)  # declared as it was given, without its meaning
             self.declare_parameter(name, getattr(found, name), about, ignore_override=True)
-        self.add_on_set_parameters_callback(refuse_change)
+        self.add_on_set_parameters_callback(self._change)
         return found
 
-    def _output(
-        self,
-        kind: type,
-        topic: str,
-        convert: Callable[[FireTest, int], Any],
-        every: int = 1,
-    ) -> Output:
-        publisher = self.create_publisher(kind, topic, QUEUE)
-        return Output(every, lambda time: publisher.publish(convert(self.test, time)))
+    def _outputs(self) -> list[Output]:
+        """What is published, in this order."""
+        test, every = self.test, self.settings.field_every
+        outputs = [
+            output(test, 1, self._furnace, conversions.furnace_temperature),
+            output(test, 1, self._thermocouples, conversions.thermocouples),
+            output(test, 1, self._criteria, conversions.fire_criteria),
+            output(test, every, self._field, conversions.temperature_field),
+            output(test, every, self._points, conversions.temperature_points),
+            output(test, every, self._infrared, conversions.unexposed_image),
+        ]
+        if self._clocks is not None and self.settings.publish_clock:
+            # Last, so that who waits for this time finds the state that belongs to it.
+            outputs.append(output(test, 1, self._clocks, lambda _, time: conversions.clock(time)))
+        return outputs
+
+    def _entity_states(self) -> dict[str, EntityState]:
+        state = EntityState()  # the leaf stands at the origin of its own frame and stays there
+        state.header.stamp = conversions.stamp(self.loop.time)
+        return {self.test.scene.name: state}
+
+    def _change(self, parameters: list[Parameter]) -> SetParametersResult:
+        """Take what may change while the door burns, all or nothing."""
+        changes = {p.name: p.value for p in parameters if not p.name.startswith(OF_ROS)}
+        fixed = [name for name in changes if name not in CHANGEABLE]
+        now = {name: getattr(self.settings, name) for name in meanings()}
+        now |= {f"{OVERRIDE}{key}": value for key, value in self.settings.override.items()}
+        try:
+            if fixed:
+                raise SettingError(
+                    f"{fixed[0]} is read when the node starts; start it anew"
+                    f" ({', '.join(CHANGEABLE)} may be set while it runs)"
+                )
+            given = settings(now | changes)
+        except SettingError as problem:
+            return SetParametersResult(successful=False, reason=str(problem))
+        self.settings = given
+        if given.publish_clock and self._clocks is None:
+            self._clocks = self.create_publisher(Clock, "/clock", QUEUE)
+        outputs = self._outputs()
+        self.loop.ask(lambda: self.loop.change(given.pace, given.duration, outputs))
+        return SetParametersResult(successful=True)
 
     def _on_measured(self, message: Temperature) -> None:
         reason = self.loop.measure(message.temperature)
@@ -139,7 +167,8 @@ class ThermalNode(Node):
         """Say how it goes; the last time wait a moment until it is heard."""
         report = self.loop.report
         name, timeout = self.test.scene.name, self.settings.furnace_timeout
-        self._diagnostics.publish(conversions.diagnostics(report, name, self._pace, timeout))
+        pace = self.settings.pace_in_words
+        self._diagnostics.publish(conversions.diagnostics(report, name, pace, timeout, self.troubles))
         if last:
             self._diagnostics.wait_for_all_acked(Duration(seconds=0.5))
         if report.measured and report.stale > timeout and report.phase == "running":
@@ -169,56 +198,30 @@ def load_burning(given: Settings) -> Scene:
     return scene
 
 
-def refuse_change(parameters: list[Parameter]) -> SetParametersResult:
-    """Say that parameters are read when the node starts."""
-    ours = [p.name for p in parameters if not p.name.startswith(OF_ROS)]
-    if not ours:
-        return SetParametersResult(successful=True)
-    return SetParametersResult(
-        successful=False, reason=f"{ours[0]} is read when the node starts; start it anew"
-    )
+def output(
+    test: FireTest, every: int, publisher: Any, convert: Callable[[FireTest, int], Any]
+) -> Output:
+    """Publish what `convert` makes of the test, every so many ticks."""
+    return Output(every, lambda time: publisher.publish(convert(test, time)))
 
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM.  Returns 0; 1: a bad scene, 2: a bad parameter."""
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    # Until the fire begins, compiling for half a minute perhaps, a signal ends it on the spot.
-    handle_signals(signal.default_int_handler)
-    node = None
-    try:
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        node = ThermalNode()
-        return run(node)
-    except KeyboardInterrupt:
-        return 0
-    except (SceneError, SettingError) as problem:
-        print(f"{NAME}: {problem}", file=sys.stderr)
-        return 1 if isinstance(problem, SceneError) else 2
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+    return run_node(NAME, ThermalNode, run, {SceneError: 1, SettingError: 2})
 
 
-def handle_signals(handler: Callable[[int, Any], Any]) -> None:
-    """Give SIGINT and SIGTERM to `handler`."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, handler)
-
-
-def run(node: ThermalNode) -> int:
-    """March and spin until a signal comes.  Returns the exit code."""
-    asked: list[int] = []
-    handle_signals(lambda number, _: asked.append(number))
+def run(node: ThermalNode, asked: list[int]) -> int:
+    """March and spin until a signal comes or a client asks to quit.  Returns the exit code."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     node.loop.start()
     try:
-        while not asked and not node.loop.ended.is_set():
-            executor.spin_once(timeout_sec=SPIN_PERIOD)
+        while not (asked or node.simulation.quit_asked or node.loop.ended.is_set()):
+            node.troubles += bool(spin_through(node, executor, SPIN_PERIOD))
     finally:
         node.loop.stop()
         node.publish_diagnostics(last=True)
+        node.simulation.close()
         executor.shutdown()
     if node.loop.failure is not None:
         print(f"{NAME}: the marching thread failed: {node.loop.failure!r}", file=sys.stderr)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
+from typing import Any
 
 from .background_deformation import BackgroundDeformation, Bent
 from .fire_test import FireTest, believable
@@ -24,7 +25,6 @@ PATIENCE = 1.0
 # How often what stands still is published again, and how often it looks around meanwhile.
 REPEAT_PERIOD = 2.0
 LOOK_PERIOD = 0.05
-ANSWER_TIMEOUT = 60.0
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,16 @@ class Report:
     deflections: int = 0
     deflections_skipped: int = 0
     deformation_failure: str = ""
+
+
+@dataclass
+class Job:
+    """Ticks that were asked for while paused."""
+
+    done: Future[int]
+    count: int
+    progress: Callable[[int], bool]
+    taken: int = 0
 
 
 class Loop:
@@ -124,11 +134,12 @@ class Loop:
         self._measured: float | None = None
         self._accepted = 0
         self._refused: Counter[str] = Counter()
-        self._requests: SimpleQueue[tuple[Future[object], Callable[[], object]]] = SimpleQueue()
+        self._requests: SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = SimpleQueue()
         self._wake = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marching", daemon=True)
         self._paused = False
+        self._job: Job | None = None
         self._ticks = 0  # of this exposure
         self._offset = 0  # ns of stamps before this exposure
         self._submitted = -1
@@ -171,64 +182,79 @@ class Loop:
                 self._wake.set()
         return reason
 
-    def pause(self) -> None:
+    @property
+    def trouble(self) -> str:
+        """Why the march can't go on until a reset, or nothing."""
+        if not self.test.status.ok:
+            return f"the march has stopped: {self.test.status.reason}"
+        return "the test has ended" if self._over() else ""
+
+    def pause(self) -> Future[None]:
         """Let time stand still after the tick it is in."""
-        self._ask(lambda: self._set_paused(True))
+        return self.ask(lambda: self._set_paused(True))
 
-    def resume(self) -> None:
+    def resume(self) -> Future[None]:
         """Let time go on."""
-        self._ask(lambda: self._set_paused(False))
+        return self.ask(lambda: self._set_paused(False))
 
-    def step(self, ticks: int = 1) -> int:
+    def step(self, count: int = 1, progress: Callable[[int], bool] = lambda _: True) -> Future[int]:
         """March some ticks while paused, and stay paused; how many there were.
 
-        Raises
-        ------
-        RuntimeError
-            The door is not paused.
+        Whatever else is asked for ends them early, and so does `progress`, which gets how many are done and
+        says whether to go on.
         """
-        if not self._paused:
-            raise RuntimeError("the door is not paused; pause it before you step")
+        done: Future[int] = Future()
 
-        def march() -> int:
-            done = 0
-            while done < ticks and self._can_go() and not self._stop.is_set():
-                self._tick()
-                done += 1
-            return done
+        def begin() -> None:
+            if not self._paused:
+                raise RuntimeError("the door is not paused; pause it before you step")
+            self._end_job()
+            self._job = Job(done, count, progress)
+            if count == 0 or not self._can_go():
+                self._end_job()
 
-        done = self._ask(march)
-        assert isinstance(done, int)
+        self.ask(begin).add_done_callback(
+            lambda f: done.set_exception(f.exception()) if f.exception() else None
+        )
         return done
 
-    def reset(self, *, time: bool = False) -> None:
-        """Back to the cold door and the scene's furnace.
+    def reset(self, *, time: bool = False, state: bool = True) -> Future[None]:
+        """Back to the cold door and the scene's furnace, or begin time anew, or both.
 
-        Stamps go on, as ROS asks of time, unless `time` is to begin anew, too.
+        Stamps go on, as ROS asks of time, unless `time` is to begin anew.
         """
 
         def begin_anew() -> None:
-            self._offset = 0 if time else self.time
-            self.test.reset()
-            self._measured = None
-            self._ticks, self._submitted = 0, -1
-            if self._deformation is not None:
-                self._deformation.forget()
+            self._end_job()
+            stamp = 0 if time else self.time
+            if state:
+                self.test.reset()
+                self._measured = None
+                self._ticks, self._submitted = 0, -1
+                if self._deformation is not None:
+                    self._deformation.forget()
+            self._offset += stamp - self.time
             self._deadline = _now()
             self._publish(everything=True)
 
-        self._ask(begin_anew)
+        return self.ask(begin_anew)
 
-    def _ask(self, action: Callable[[], object]) -> object:
+    def change(self, pace: float, duration: float, outputs: Sequence[Output]) -> None:
+        """Take another pace, duration and outputs; for the marching thread, by `ask`."""
+        self.pace, self._duration, self.outputs = pace, duration or math.inf, list(outputs)
+        self._deadline = _now()
+
+    def ask(self, action: Callable[[], Any]) -> Future[Any]:
         """Have something done by the marching thread between two ticks."""
-        if self.ended.is_set() or not self._thread.is_alive():
-            raise RuntimeError("the march has ended")
-        answer: Future[object] = Future()
+        answer: Future[Any] = Future()
         self._requests.put((answer, action))
         self._wake.set()
-        return answer.result(ANSWER_TIMEOUT)
+        if self.ended.is_set():
+            self._answer(refuse=True)
+        return answer
 
     def _set_paused(self, paused: bool) -> None:
+        self._end_job()
         self._paused = paused
         self._deadline = _now()
 
@@ -241,6 +267,11 @@ class Loop:
             while not self._stop.is_set():
                 self._wake.clear()
                 self._answer()
+                if self._job is not None and self._can_go():
+                    self._tick()
+                    self._count(self._job)
+                    continue
+                self._end_job()
                 if self._standing():
                     self._settle()
                     if _now() >= repeat:
@@ -257,8 +288,20 @@ class Loop:
         except Exception as problem:
             self.failure = problem
         finally:
+            self._end_job()
             self.ended.set()
             self._answer(refuse=True)
+
+    def _count(self, job: Job) -> None:
+        job.taken += self.test.status.ok
+        if not self.test.status.ok or not job.progress(job.taken) or job.taken >= job.count:
+            self._end_job()
+
+    def _end_job(self) -> None:
+        job, self._job = self._job, None
+        if job is not None:
+            self._take_report()
+            job.done.set_result(job.taken)
 
     def _answer(self, refuse: bool = False) -> None:
         while True:
@@ -277,9 +320,11 @@ class Loop:
     def _waiting(self) -> bool:
         return self._wait and self._measured is None and self.test.measured is None
 
+    def _over(self) -> bool:
+        return self._ticks / self.rate >= self._duration - 1e-9
+
     def _can_go(self) -> bool:
-        over = self._ticks / self.rate >= self._duration - 1e-9
-        return self.test.status.ok and not over and not self._waiting()
+        return self.test.status.ok and not self._over() and not self._waiting()
 
     def _standing(self) -> bool:
         return self._paused or not self._can_go()

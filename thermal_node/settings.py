@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 OVERRIDE = "override."
+CHANGEABLE = ("time_scale", "duration", "furnace_timeout", "field_rate", "publish_clock")
+"""What may be set while the node runs."""
 WHOLE = 1e-6
 """How far a period may be from a whole number of ticks."""
 KINDS = {str: "text", float: "a number", bool: "true or false"}
@@ -46,6 +48,11 @@ class Settings:
     def pace(self) -> float:
         """Simulated over real time; infinite: as fast as it goes."""
         return self.time_scale or math.inf
+
+    @property
+    def pace_in_words(self) -> str:
+        """The same, for people."""
+        return f"{self.time_scale:g} x real time" if math.isfinite(self.pace) else "as fast as it goes"
 
     @property
     def field_every(self) -> int:

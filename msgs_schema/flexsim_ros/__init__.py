@@ -4,7 +4,7 @@ It stands beside the messages since it is what these are spoken with: nothing he
 """
 
 from .entities import Entity
-from .process import handle_signals, run_node
+from .process import handle_signals, run_node, spin_through
 from .simulation_services import SimulationServices, Simulator
 
-__all__ = ["Entity", "SimulationServices", "Simulator", "handle_signals", "run_node"]
+__all__ = ["Entity", "SimulationServices", "Simulator", "handle_signals", "run_node", "spin_through"]

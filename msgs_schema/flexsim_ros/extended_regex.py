@@ -52,11 +52,7 @@ class ExtendedRegex:
         last = len(text)
         states = self._follow([0], 0, last)
         for at, character in enumerate(text):
-            taken = [
-                n + 1
-                for n in states
-                if self._program[n][0] == "set" and self._program[n][1](character)
-            ]
+            taken = [n + 1 for n in states if self._program[n][0] == "set" and self._program[n][1](character)]
             states = self._follow(taken, at + 1, last)
             if not states:
                 return False

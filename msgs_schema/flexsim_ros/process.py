@@ -18,6 +18,23 @@ def handle_signals(handler: Callable[[int, Any], Any]) -> None:
         signal.signal(number, handler)
 
 
+def spin_through(node: Any, executor: Any, period: float) -> str:
+    """Let an executor wait for work for `period` s and do it; what went wrong in it, or nothing.
+
+    Bytes that are no message, and a client that is gone before its answer, raise in here; they are the
+    sender's fault and no reason for a node to end.
+    """
+    try:
+        executor.spin_once(timeout_sec=period)
+    except Exception as problem:
+        if not rclpy.ok():
+            raise
+        sentence = f"{type(problem).__name__}: {' '.join(str(problem).split())[:200]}"
+        node.get_logger().warning(f"an input came to nothing: {sentence}", throttle_duration_sec=1.0)
+        return sentence
+    return ""
+
+
 def run_node(
     name: str,
     build: Callable[[], Any],

@@ -182,9 +182,7 @@ class SimulationServices:
         codes = SetSimulationState.Response
         if target not in WORDS:
             choice = ", ".join(f"{number} ({word})" for number, word in WORDS.items())
-            response.result = result(
-                Result.RESULT_FEATURE_UNSUPPORTED, f"no state {target}; give {choice}"
-            )
+            response.result = result(Result.RESULT_FEATURE_UNSUPPORTED, f"no state {target}; give {choice}")
         elif target == self.state:
             response.result = result(codes.ALREADY_IN_TARGET_STATE, f"it is {WORDS[target]}")
         elif target == PAUSED and self.state == STOPPED:
@@ -258,9 +256,7 @@ class SimulationServices:
         self.state = PAUSED
 
         def progress(done: int) -> bool:
-            goal.publish_feedback(
-                SimulateSteps.Feedback(completed_steps=done, remaining_steps=asked - done)
-            )
+            goal.publish_feedback(SimulateSteps.Feedback(completed_steps=done, remaining_steps=asked - done))
             return not goal.is_cancel_requested
 
         executor = self.node.executor

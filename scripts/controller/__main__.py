@@ -50,18 +50,14 @@ def control(node: Any, stopped: Stop) -> None:
     from std_msgs.msg import Float64MultiArray
 
     from flexsim_node import load_scene
-    from flexsim_node.realtime import SECOND, Pace, go_first, sleep_finely
+    from flexsim_node.pace import SECOND, Pace, go_first, sleep_finely
 
     given = read_parameters(node)
     scene = load_scene(given["scene"])
     move = Move(given["start"], given["goal"], given["there"], given["back"], given["time"])
     law = JointPd(scene, move, np.array(given["stiffness"]), np.array(given["damping"]))
-    states = node.create_subscription(
-        JointState, "joint_states", lambda _: None, QoSProfile(depth=1)
-    )
-    commands = node.create_publisher(
-        Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=1)
-    )
+    states = node.create_subscription(JointState, "joint_states", lambda _: None, QoSProfile(depth=1))
+    commands = node.create_publisher(Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=1))
     node.get_logger().info("ready; waiting for joint states")
 
     order: list[int] | None = None
@@ -81,9 +77,7 @@ def control(node: Any, stopped: Stop) -> None:
             last, heard = taken[0], time.monotonic()
         elif time.monotonic() - heard > NEXT_STATE:
             raise RuntimeError(f"no joint states for {NEXT_STATE:g} s; is flexsim_node running?")
-        if last is None or (
-            order is None and commands.get_subscription_count() < given["listeners"]
-        ):
+        if last is None or (order is None and commands.get_subscription_count() < given["listeners"]):
             continue
         t = last.header.stamp.sec + 1e-9 * last.header.stamp.nanosec
         if order is None:

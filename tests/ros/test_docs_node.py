@@ -1,4 +1,4 @@
-"""What docs/node.md tells people to type starts a node."""
+"""What the pages on flexsim_node tell people to type starts a node."""
 
 from __future__ import annotations
 
@@ -16,9 +16,13 @@ from flexsim_node.settings import meanings
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "node.md").read_text()
+PAGES = ["node", "lockstep", "ros2_control"]
 LINES = [
     line
-    for block in re.findall(r"^```bash\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+    for name in PAGES
+    for block in re.findall(
+        r"^```bash\n(.*?)^```", (ROOT / "docs" / f"{name}.md").read_text(), re.DOTALL | re.MULTILINE
+    )
     for line in block.splitlines()
 ]
 

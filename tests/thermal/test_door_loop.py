@@ -43,29 +43,29 @@ def test_pause_step_reset_resume() -> None:
     until(lambda: loop.report.phase == "ended")
     assert loop.test.time == pytest.approx(50.0)
     with pytest.raises(RuntimeError, match="pause it before you step"):
-        loop.step()
-    loop.pause()
-    loop.reset()
+        loop.step().result(20)
+    loop.pause().result(20)
+    loop.reset().result(20)
     assert loop.test.time == 0.0
     assert loop.test.readings.max() == 20.0
     assert loop.test.criteria.time_to_failure is None
     assert loop.time == 50_000_000_000
-    assert loop.step(3) == 3
+    assert loop.step(3).result(20) == 3
     assert loop.test.time == pytest.approx(3.0)
     time.sleep(0.2)
     assert loop.test.time == pytest.approx(3.0)
     until(lambda: loop.report.phase == "paused")
-    assert loop.step(100) == 47  # to the end of the test, not beyond
-    loop.reset(time=True)
+    assert loop.step(100).result(20) == 47  # to the end of the test, not beyond
+    loop.reset(time=True).result(20)
     assert loop.time == 0
-    loop.resume()
+    loop.resume().result(20)
     until(lambda: loop.report.phase == "ended")
     loop.stop()
     assert loop.failure is None
     before_the_reset = [stamp for stamp, _ in seen[:51]]
     assert before_the_reset == [k * 1_000_000_000 for k in range(51)]
     with pytest.raises(RuntimeError, match="has ended"):
-        loop.pause()
+        loop.pause().result(20)
 
 
 def test_the_pace_is_kept() -> None:
@@ -109,7 +109,7 @@ def test_deflections_come_beside_the_march() -> None:
     loop.start()
     until(lambda: bent and bent[-1].time == pytest.approx(60.0))
     assert bent[-1].whole.shape == test.whole.nodes.shape
-    loop.reset()
+    loop.reset().result(20)
     background._deformation = None  # type: ignore[assignment]
     until(lambda: loop.report.deformation_failure)
     loop.stop()

@@ -1,0 +1,160 @@
+"""A soak: `python benchmarks/soak.py [--fast 3600] [--realtime 3600] [--json]`, seconds of each.
+
+flexsim_node runs without a pause, then in real time with a recorder, under a controller that never stops
+moving the arm.  Memory is that of the node's process a minute after it began and at the end; the clock's
+error is simulated minus elapsed time, beyond what diagnostics call lost.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from flexsim.bag import Bag
+from flexsim.terminal.stop import Stop, stopped_by_signals
+from flexsim.trial.processes import COMMAND, NODE, Process, Processes, own_domain, processes
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from realtime import last_diagnostics, machine, status
+
+SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic_geared.yaml"
+STARTED, SETTLED = 240.0, 60.0
+CONTROL_PERIOD = 0.01  # s
+
+
+class Arm:
+    """A controller that keeps the arm moving, and notes simulated against steady time."""
+
+    def __init__(self, node: Any) -> None:
+        from rclpy.qos import QoSProfile
+        from sensor_msgs.msg import JointState
+        from std_msgs.msg import Float64MultiArray
+
+        self.kind, self.command = JointState, Float64MultiArray
+        self.commands = node.create_publisher(Float64MultiArray, "flexsim_node/commands", 10)
+        self.states = node.create_subscription(
+            JointState, "joint_states", lambda _: None, QoSProfile(depth=1)
+        )
+        self.times: list[tuple[int, int]] = []
+        self.finite = True
+
+    def control(self) -> None:
+        """Answer the latest state."""
+        with self.states.handle:
+            taken = self.states.handle.take_message(self.kind, False)
+        if taken is None:
+            return
+        message, about = taken
+        time_now = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        self.times.append((time_now, about["received_timestamp"]))
+        if len(self.times) > 200_000:
+            del self.times[1:-100_000]
+        q, v = np.array(message.position), np.array(message.velocity)
+        self.finite &= bool(np.isfinite([*q, *v]).all())
+        t = 1e-9 * time_now
+        wanted = np.array([0.5 * np.sin(0.7 * t), 0.6 + 0.3 * np.sin(1.1 * t), -0.8 + 0.3 * np.cos(0.9 * t)])
+        self.commands.publish(self.command(data=(30.0 * (wanted - q) - 5.0 * v).tolist()))
+
+
+def soak(mode: str, duration: float, stopped: Stop, *, record: bool) -> dict[str, Any]:
+    """Run one node for so many seconds of elapsed time."""
+    from flexsim.ros.context import tool_node
+
+    environment = own_domain()
+    os.environ.update(ROS_DOMAIN_ID=environment["ROS_DOMAIN_ID"])
+    with tempfile.TemporaryDirectory() as folder, processes(Path(folder), environment, stopped) as trial:
+        recorder: Process | None = None
+        bag = Path(folder) / "bag"
+        if record:
+            recorder = trial.start("recorder", [*COMMAND, "record", "-o", str(bag), "--json"])
+        robot = trial.start(
+            "flexsim_node", [*NODE, "--ros-args", "-p", f"scene:={SCENE}", "-p", f"mode:={mode}"]
+        )
+        trial.wait_until_said(robot, "kernels ready", timeout=STARTED)
+        with tool_node("soak") as node:
+            found = watch(node, trial, robot, recorder, duration)
+        trial.end(robot)
+        if recorder is not None:
+            trial.end(recorder)
+            whole = Bag(bag)
+            found["bag_messages"] = whole.count
+            found["bag_bytes"] = sum(f.stat().st_size for f in bag.iterdir())
+    return {"mode": mode, **found}
+
+
+def watch(
+    node: Any, trial: Processes, robot: Process, recorder: Process | None, duration: float
+) -> dict[str, Any]:
+    """Control the arm and look at the processes."""
+    arm = Arm(node)
+    memory: list[tuple[float, int, int]] = []
+    begun = time.monotonic()
+    look = begun + min(SETTLED, 0.2 * duration)
+    while (now := time.monotonic()) - begun < duration:
+        trial.check()
+        arm.control()
+        if now >= look:
+            look += max(1.0, duration / 100.0)
+            other = status(recorder.pid)["VmRSS"] if recorder else 0
+            memory.append((now - begun, status(robot.pid)["VmRSS"], other))
+        time.sleep(CONTROL_PERIOD)
+    said = last_diagnostics(node)
+    elapsed = time.monotonic() - begun
+    times = np.array(arm.times)
+    simulated = (times[-1, 0] - times[0, 0]) * 1e-9
+    wall = (times[-1, 1] - times[0, 1]) * 1e-9
+    lost = float(said["lost time, s"])
+    return {
+        "elapsed": elapsed,
+        "simulated": float(said["simulated time, s"]),
+        "ticks": int(said["ticks"]),
+        "overruns": int(said["overruns"]),
+        "longest_run_of_overruns": int(said["overruns in a row, worst"]),
+        "lost_time": lost,
+        "clock_error": float(simulated + lost - wall),
+        "solver": said["status"],
+        "all_finite": arm.finite,
+        "memory_start": memory[0][1],
+        "memory_end": memory[-1][1],
+        **({"recorder_memory_start": memory[0][2], "recorder_memory_end": memory[-1][2]} if recorder else {}),
+    }
+
+
+def main() -> None:
+    """Run both and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--fast", type=float, default=7200.0, help="s of elapsed time without a pause; 0: none"
+    )
+    parser.add_argument("--realtime", type=float, default=3600.0, help="s in real time with a bag; 0: none")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    arguments = parser.parse_args()
+    found: dict[str, Any] = {"machine": machine()}
+    with stopped_by_signals() as stopped:
+        if arguments.fast:
+            found["fast"] = soak("fast", arguments.fast, stopped, record=False)
+        if arguments.realtime:
+            found["realtime"] = soak("realtime", arguments.realtime, stopped, record=True)
+    found["machine"]["load at the end"] = " ".join(f"{x:.1f}" for x in os.getloadavg())
+    if arguments.json:
+        print(json.dumps(found, indent=2))
+        return
+    for part, values in found.items():
+        print(part)
+        for name, value in values.items():
+            print(
+                f"  {name.replace('_', ' '):28} {value:.6g}"
+                if isinstance(value, float)
+                else f"  {name:28} {value}"
+            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""A controller on the bench: a robot in lockstep, moves, disturbances and faults, and scores of each."""

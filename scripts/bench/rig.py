@@ -1,0 +1,204 @@
+"""The rig: one flexsim_node in lockstep, a controller process for each run, and what the robot did."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexsim_node import Scene
+
+from ..controller.laws import LAWS
+from ..controller.trajectory import Trajectory
+from ..ros.context import tool_node
+from ..terminal.stop import Stop
+from ..trial.processes import NODE, Processes, own_domain, processes
+from .cases import Case
+from .score import Recording
+
+STARTED, ANSWERED = 240.0, 30.0
+SILENT = 20.0  # s without a new state after which a run is given up
+STOPPED, PLAYING = 0, 1
+
+
+class Rig:
+    """Runs cases; the robot's process stays, its state and faults are set for each."""
+
+    def __init__(
+        self, node: Any, trial: Processes, scene: Path, overrides: Mapping[str, Any], rate: float
+    ) -> None:
+        from flexsim_msgs.msg import ElasticState
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+        from sensor_msgs.msg import JointState
+        from trajectory_msgs.msg import JointTrajectory
+
+        self.node, self.trial, self.scene, self.overrides, self.rate = node, trial, scene, overrides, rate
+        self.executor = SingleThreadedExecutor(context=node.context)
+        self.executor.add_node(node)
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.trajectories = node.create_publisher(JointTrajectory, "joint_trajectory", latched)
+        deep = QoSProfile(depth=5000)
+        self.states: list[Any] = []
+        self.shapes: list[Any] = []
+        node.create_subscription(JointState, "joint_states", self.states.append, deep)
+        node.create_subscription(ElasticState, "flexsim_node/elastic_state", self.shapes.append, deep)
+        self.parameters = [
+            "--ros-args", "-p", f"scene:={scene}",
+            *(w for key, value in overrides.items() for w in ("-p", f"override.{key}:={value}")),
+        ]  # fmt: skip
+        rates = [word for name in ("rate", "elastic_rate", "shape_rate", "clock_rate")
+                 for word in ("-p", f"{name}:={rate}")]  # fmt: skip
+        robot = trial.start("flexsim_node", [*NODE, *self.parameters, *rates, "-p", "mode:=lockstep"])
+        trial.wait_until_said(robot, "kernels ready", timeout=STARTED)
+
+    def call(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service of the robot."""
+        client = self.node.create_client(kind, f"flexsim_node/{name}")
+        try:
+            self.until(client.service_is_ready, ANSWERED, f"no service {name}")
+            future = client.call_async(request)
+            return self.until(lambda: future.done() and future.result(), ANSWERED, f"{name}: no answer")
+        finally:
+            self.node.destroy_client(client)
+
+    def until(self, condition: Callable[[], Any], timeout: float, failure: str) -> Any:
+        """Spin until something is true."""
+        end = time.monotonic() + timeout
+        while not (found := condition()):
+            self.trial.check()
+            if time.monotonic() > end:
+                raise TimeoutError(failure)
+            self.executor.spin_once(timeout_sec=0.05)
+        return found
+
+    def set_state(self, state: int) -> None:
+        """Play or stop the simulation."""
+        from simulation_interfaces.msg import SimulationState
+        from simulation_interfaces.srv import SetSimulationState
+
+        wanted = SetSimulationState.Request(state=SimulationState(state=state))
+        self.call(SetSimulationState, "set_simulation_state", wanted)
+
+    def reset(self) -> None:
+        """Return the robot to its first state, at time zero."""
+        from simulation_interfaces.srv import ResetSimulation
+
+        self.call(ResetSimulation, "reset_simulation", ResetSimulation.Request())
+
+    def trouble(self) -> str:
+        """Why the robot's time stands still, or nothing."""
+        from simulation_interfaces.srv import GetSimulationState
+
+        request = GetSimulationState.Request()
+        return str(self.call(GetSimulationState, "get_simulation_state", request).result.error_message)
+
+    def set_faults(self, case: Case) -> None:
+        """Take a case's faults beside the scene's own."""
+        import json
+
+        from rcl_interfaces.srv import SetParameters
+        from rclpy.parameter import Parameter
+
+        own = [fault.model_dump(exclude_none=True) for fault in self.loaded.faults]
+        text = json.dumps([*own, *case.faults])
+        asked = [Parameter("faults", value=text).to_parameter_msg()]
+        (done,) = self.call(SetParameters, "set_parameters", SetParameters.Request(parameters=asked)).results
+        if not done.successful:
+            raise RuntimeError(f"case {case.name}: {done.reason}")
+
+    def run(self, controller: str, case: Case, wanted: Trajectory, until: float, scene: Scene) -> Recording:
+        """Run one case with a fresh controller process."""
+        self.loaded = scene
+        self.set_state(STOPPED)
+        self.set_faults(case)
+        self.trajectories.publish(message(wanted, scene))
+        name = f"{Path(shlex.split(controller)[0]).stem}_{len(self.trial.running)}"
+        process = self.trial.start(name, [*command(controller), *self.parameters, "-p", f"rate:={self.rate}"])
+        trouble = ""
+        try:
+            self.executor.spin_once(timeout_sec=0.1)
+            self.reset()
+            self.states.clear()
+            self.shapes.clear()
+            self.set_state(PLAYING)
+            heard, since = 0, time.monotonic()
+            while not self.states or stamp(self.states[-1]) < until - 1e-9:
+                self.trial.check()
+                self.executor.spin_once(timeout_sec=0.05)
+                if len(self.states) != heard:
+                    heard, since = len(self.states), time.monotonic()
+                elif time.monotonic() - since > (SILENT if heard > 1 else STARTED):
+                    trouble = "no command came"
+                    break
+                elif time.monotonic() - since > 1.0 and (trouble := self.trouble()):
+                    break
+            self.set_state(STOPPED)
+        finally:
+            self.trial.end(process)
+        return recorded(self.states, self.shapes, until, trouble)
+
+
+def command(controller: str) -> list[str]:
+    """The words that start a controller: one of the examples by name, else a command line."""
+    if controller in LAWS:
+        return [sys.executable, "-m", "flexsim.controller.follow", controller]
+    words = shlex.split(controller)
+    return [sys.executable, *words] if words[0].endswith(".py") else words
+
+
+def message(wanted: Trajectory, scene: Scene) -> Any:
+    """A trajectory as ROS has it; times count from the robot's zero."""
+    from builtin_interfaces.msg import Duration
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    points = []
+    for t, position, velocity in zip(wanted.time, wanted.position, wanted.velocity, strict=True):
+        sec, nanosec = divmod(round(float(t) * 1e9), 10**9)
+        points.append(
+            JointTrajectoryPoint(
+                positions=position.tolist(),
+                velocities=velocity.tolist(),
+                time_from_start=Duration(sec=sec, nanosec=nanosec),
+            )
+        )
+    return JointTrajectory(joint_names=list(scene.joint_names), points=points)
+
+
+def stamp(state: Any) -> float:
+    """Simulated time of a message, s."""
+    return float(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
+
+
+def recorded(states: list[Any], shapes: list[Any], until: float, trouble: str) -> Recording:
+    """States and shapes of the same times, each once."""
+    by_time = {stamp(m): m for m in states}
+    shape = {stamp(m): m for m in shapes}
+    times = sorted(t for t in by_time if t in shape and t <= until + 1e-9)
+    rows = [by_time[t] for t in times]
+    tips = [(shape[t].position[-3:], shape[t].rigid_position[-3:]) for t in times]
+    return Recording(
+        np.array(times),
+        np.array([m.position for m in rows]),
+        np.array([m.velocity for m in rows]),
+        np.array([m.effort for m in rows]),
+        np.array([tip for tip, _ in tips]).reshape(-1, 3),
+        np.array([rigid for _, rigid in tips]).reshape(-1, 3),
+        trouble,
+    )
+
+
+@contextmanager
+def rig(folder: Path, scene: Path, overrides: Mapping[str, Any], rate: float, stopped: Stop) -> Iterator[Rig]:
+    """A rig in a ROS domain of its own, all of whose processes have ended afterwards."""
+    environment = own_domain()
+    os.environ["ROS_DOMAIN_ID"] = environment["ROS_DOMAIN_ID"]
+    with processes(folder, environment, stopped) as trial, tool_node("bench") as node:
+        yield Rig(node, trial, scene, overrides, rate)

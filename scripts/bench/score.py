@@ -1,0 +1,91 @@
+"""A run in numbers."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..controller.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+# A run is lost where at its end a joint is off by more than this part of the longest way.
+LOST = 0.5
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a robot did in one run; K states, m joints.
+
+    Attributes
+    ----------
+    time : (K,) s; position, velocity, effort : (K, m)
+    tip : (K, 3) m, where the last link's end is; rigid_tip : where the rigid robot has it
+    trouble : why the run ended before its time, or nothing
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    effort: Array
+    tip: Array
+    rigid_tip: Array
+    trouble: str = ""
+
+
+@dataclass(frozen=True)
+class Score:
+    """Numbers of one run, SI units.
+
+    Attributes
+    ----------
+    tracking_rms, tracking_max : joints' errors while it moves
+    final_error : the largest joint error in the last tenth of the run
+    vibration : peak to peak of the tip about where it comes to rest, from 0.1 s after the move
+    effort_rms, effort_max, energy : torques, and the sum of what each motor put in or took out, J
+    lost : whether it did not arrive
+    """
+
+    tracking_rms: float
+    tracking_max: float
+    final_error: float
+    vibration: float
+    effort_rms: float
+    effort_max: float
+    energy: float
+    lost: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """For programs."""
+        return asdict(self)
+
+
+def score(run: Recording, wanted: Trajectory, until: float) -> Score:
+    """Judge a run that was to last until a time, s."""
+    reference = np.array([wanted.at(t)[0] for t in run.time])
+    error = run.position - reference
+    moving = (run.time >= wanted.time[0]) & (run.time <= wanted.time[-1])
+    settled = run.time >= wanted.time[-1] + 0.1
+    end = run.time >= until - 0.1 * (until - wanted.time[-1])
+    way = float(np.abs(wanted.position[-1] - wanted.position[0]).max())
+    whole = not run.trouble and bool(end.any()) and bool(settled.any())
+    nothing = float("nan")
+    final = float(np.abs(error[end]).max()) if end.any() else nothing
+    vibration = nothing
+    if settled.any():
+        tip = run.tip[settled] - run.tip[settled].mean(axis=0)
+        main = np.linalg.svd(tip, full_matrices=False)[2][0]  # the direction in which it swings most
+        vibration = float(np.ptp(tip @ main))
+    step = np.diff(run.time, prepend=run.time[:1])
+    return Score(
+        tracking_rms=float(np.sqrt(np.mean(error[moving] ** 2))) if moving.any() else nothing,
+        tracking_max=float(np.abs(error[moving]).max()) if moving.any() else nothing,
+        final_error=final,
+        vibration=vibration,
+        effort_rms=float(np.sqrt(np.mean(run.effort**2))),
+        effort_max=float(np.abs(run.effort).max()),
+        energy=float(np.sum(np.abs(run.effort * run.velocity) * step[:, None])),
+        lost=not whole or not final < LOST * way,
+    )

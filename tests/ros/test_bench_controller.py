@@ -1,0 +1,56 @@
+"""`flexsim bench-controller`: what its page says, two controllers side by side, and one that fails."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from processes import flexsim
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "controllers.md").read_text()
+LINES = re.findall(r"^flexsim bench-controller .*$", PAGE, re.MULTILINE)
+pytestmark = [pytest.mark.ros, pytest.mark.slow]
+
+
+def test_the_commands_of_the_page(tmp_path: Path) -> None:
+    """The last of them runs; its picture and its scores are there, and LQG swings less than PD."""
+    assert len(LINES) == 2
+    words = shlex.split(LINES[-1])[1:]
+    words[words.index("bench.png")] = str(tmp_path / "bench.png")
+    scene = words.index("config/anthropomorphic_geared.yaml")
+    words[scene] = str(ROOT / words[scene])
+    done = flexsim(*words, "--json", timeout=400)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    pd, lqg = found["controllers"]["joint_pd"]["scores"], found["controllers"]["lqg"]["scores"]
+    assert not any(run["lost"] for scores in (pd, lqg) for run in scores.values())
+    assert set(pd) == {"nominal", "push"}
+    assert lqg["nominal"]["vibration"] < 0.5 * pd["nominal"]["vibration"]
+    assert (tmp_path / "bench.png").stat().st_size > 10_000
+
+
+def test_a_controller_that_says_nothing(tmp_path: Path) -> None:
+    """It is lost, in words and by the exit code, and the bench does not wait for ever."""
+    silent = tmp_path / "silent.py"
+    silent.write_text("import sys\nsys.exit(3)\n")
+    scene = ROOT / "config" / "anthropomorphic_geared.yaml"
+    done = flexsim("bench-controller", str(silent), scene, "--no-latency", "--only", "push", timeout=300)
+    assert done.returncode == 1
+    assert "exit code 3" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--goal", "1.0"], "the goal has 1 values for 3 joints"),
+        (["--set", "links.link_1.joint.rotor_inertia=much"], "give a number"),
+    ],
+)
+def test_wrong_words(words: list[str], sentence: str) -> None:
+    done = flexsim("bench-controller", "joint_pd", ROOT / "config" / "anthropomorphic_geared.yaml", *words)
+    assert done.returncode == 2
+    assert sentence in done.stderr
