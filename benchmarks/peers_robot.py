@@ -83,7 +83,7 @@ def attempts(problem: Problem, repeats: int) -> Iterator[tuple[str, str, int, fl
     if installed("exudyn"):
         peer = exudyn_robot.planar_ancf if planar else exudyn_robot.spatial_exact
         name = "planar ANCF cable" if planar else "geometrically exact"
-        for elements in (2, 4, 8) if planar else (2, 4):
+        for elements in (2, 4):
             for step in (2e-3, 1e-3, 5e-4, 2.5e-4) if planar else (2e-3, 1e-3):
                 yield "Exudyn", name, elements, step, peer(problem, elements, step, repeats)
     if installed("mujoco"):
