@@ -7,13 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-LENGTH, NOT_FINITE, UNKNOWN_JOINT, REPEATED_JOINT, PASSIVE_JOINT, TOO_MANY = REASONS = (
+LENGTH, NOT_FINITE, UNKNOWN_JOINT, REPEATED_JOINT, PASSIVE_JOINT, TOO_MANY, UNKNOWN_LINK = REASONS = (
     "wrong length",
     "not finite",
     "unknown joint",
     "joint named twice",
     "passive joint",
     "too many at once",
+    "unknown link",
 )
 
 
@@ -32,6 +33,7 @@ class Commands:
     ----------
     joint_names : in the scene's order
     passive : those of them without a motor, which take no torque but zero
+    links : names of the links that loads may act on
 
     Attributes
     ----------
@@ -40,9 +42,12 @@ class Commands:
     refused : count by reason
     """
 
-    def __init__(self, joint_names: Sequence[str], passive: Sequence[str] = ()) -> None:
+    def __init__(
+        self, joint_names: Sequence[str], passive: Sequence[str] = (), links: Sequence[str] = ()
+    ) -> None:
         self.joint_names = tuple(joint_names)
         self.passive = tuple(passive)
+        self.links = tuple(links)
         self.index = {name: k for k, name in enumerate(self.joint_names)}
         self.torque = np.zeros(len(self.joint_names))
         self.accepted = 0
@@ -88,6 +93,25 @@ class Commands:
         torque = self.torque.copy()
         torque[[self.index[name] for name in names]] = effort
         return self._taken(torque)
+
+    def load(self, link: str, values: Sequence[float]) -> np.ndarray:
+        """Take a force and moment (6,), N and N m, on the named link's end.
+
+        Raises
+        ------
+        CommandRefused
+            for a link that is unknown, or a value that is not finite
+        """
+        if link not in self.links:
+            raise self._refusal(
+                UNKNOWN_LINK,
+                f"no link {link!r}; name one as the header's frame_id: {', '.join(self.links)}",
+            )
+        load = np.array(values, dtype=float)
+        if not np.isfinite(load).all():
+            raise self._refusal(NOT_FINITE, "a value is not finite; give finite forces and moments")
+        self.accepted += 1
+        return load
 
     def too_many(self) -> CommandRefused:
         """Take back a command for which there was no room; returns what to say."""

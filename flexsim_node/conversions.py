@@ -224,6 +224,7 @@ def diagnostics(
     refused = commands.refused.total()
     stopped = report.phase == "stopped"
     ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+    worst = max((f.passed for f in report.validity), key=("", "warn", "stop").index, default="")
     message.status = [
         _status(
             "real time",
@@ -274,6 +275,16 @@ def diagnostics(
                 "kinetic energy, J": f"{report.energy[0]:.9g}",
                 "elastic energy, J": f"{report.energy[1]:.9g}",
                 "gravitational energy, J": f"{report.energy[2]:.9g}",
+            },
+        ),
+        _status(
+            "validity",
+            {"stop": error, "warn": warn, "": ok}[worst],
+            " ".join(f.sentence() for f in report.validity if f.passed) or "within its limits",
+            scene_name,
+            {
+                **{f.name: f"{f.value:.6g}" for f in report.validity},
+                **{f"{f.name}, limits": f"{f.warn:g}, {f.stop:g}" for f in report.validity},
             },
         ),
     ]

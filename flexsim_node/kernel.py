@@ -9,6 +9,7 @@ which makes a step a third cheaper.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import llvmlite.binding as llvm
@@ -38,7 +39,7 @@ allocating_kernel = njit(cache=True, fastmath=FAST, error_model="numpy", nogil=T
 
 
 def forget_stale_kernels(package: Path) -> None:
-    """Remove compiled kernels that are older than any source of the package.
+    """Remove compiled kernels that are older than any source of kernels in the package.
 
     numba looks only at the file of the function itself, not at those of the functions that it calls.
     """
@@ -46,7 +47,10 @@ def forget_stale_kernels(package: Path) -> None:
     compiled = [*cache.glob("*.nbi"), *cache.glob("*/*.nbi")]
     if not compiled:
         return
-    newest = max(path.stat().st_mtime for path in package.rglob("*.py"))
+    compiles = re.compile(r"from \.+kernel import|NamedTuple")  # kernels, and the arrays that they work on
+    newest = max(
+        path.stat().st_mtime for path in package.rglob("*.py") if compiles.search(path.read_text("utf-8"))
+    )
     if newest > min(path.stat().st_mtime for path in compiled):
         for path in [*compiled, *cache.glob("*.nbc"), *cache.glob("*/*.nbc")]:
             path.unlink(missing_ok=True)

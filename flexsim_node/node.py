@@ -13,6 +13,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from flexsim_msgs.msg import ElasticLayout, ElasticState
 from flexsim_ros import SimulationServices, run_node, spin_through
+from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
@@ -59,7 +60,8 @@ class FlexsimNode(Node):
         self.scene = load_steady(self.settings)
         self.timing = schedule(self.settings, self.scene.solver.step)
         robot = Simulation(self.scene, self.timing.step)
-        self.commands = Commands(self.scene.joint_names, self.scene.passive_joints)
+        links = [link.name for link in self.scene.links]
+        self.commands = Commands(self.scene.joint_names, self.scene.passive_joints, links)
         self._messages = conversions.StateMessages(robot)
         # What never changes goes out first: whoever waits for it need not wait for the kernels.
         self._layouts = self.create_publisher(ElasticLayout, "~/elastic_layout", LATCHED)
@@ -167,6 +169,7 @@ class FlexsimNode(Node):
                 JointState, "robot_joint_commands", self._on_joints, listening
             ),
         ]
+        self.create_subscription(WrenchStamped, "~/wrench", self._on_wrench, listening)
         self._command_topics = [subscription.topic_name for subscription in heard]
 
     def _on_commands(self, message: Float64MultiArray) -> None:
@@ -185,6 +188,16 @@ class FlexsimNode(Node):
                 f"refused a command on {topic} ({self.commands.refused.total()} in all): {refused}",
                 throttle_duration_sec=1.0,
             )
+
+    def _on_wrench(self, message: WrenchStamped) -> None:
+        link, force, moment = message.header.frame_id, message.wrench.force, message.wrench.torque
+        values = (force.x, force.y, force.z, moment.x, moment.y, moment.z)
+        try:
+            load = self.commands.load(link, values)
+        except CommandRefused as refused:
+            self.get_logger().warning(f"refused a load on ~/wrench: {refused}", throttle_duration_sec=1.0)
+            return
+        self.loop.ask(lambda: self.loop.robot.apply(link, load))
 
     def _entity_states(self) -> dict[str, EntityState]:
         robot, loop = self.loop.robot, self.loop

@@ -21,6 +21,7 @@ from .acceleration import OK
 from .pace import SECOND, Histogram, Pace, go_first, sleep_finely
 from .report import Report
 from .simulation import Simulation
+from .validity import LOOK_PERIOD
 
 MODES = ("realtime", "lockstep", "fast")
 # How often a state is repeated while time stands still.
@@ -96,6 +97,7 @@ class Loop:
         self.report = Report()
         self.failure: Exception | None = None
         self.pace = Pace(round(steps * robot.step_size * SECOND))
+        self._check_every = max(1, round(LOOK_PERIOD / (steps * robot.step_size)))
         self.ended = threading.Event()
         self._wait = wait_for_command and mode != "lockstep"
         self._audience = audience
@@ -369,6 +371,8 @@ class Loop:
             self._taken += 1
         self._index += 1
         self._ticks += 1
+        if self._ticks % self._check_every == 0:
+            robot.check()
         self._publish()
         now = time.monotonic_ns()
         self._tick_time.add(now - begin)
@@ -419,7 +423,8 @@ class Loop:
         recent = moving - last
         kinetic, elastic, gravitational = map(float, self.robot.energy())
         overruns = self.pace.overruns
-        loops = self.robot.singularity
+        loops, watch = self.robot.singularity, self.robot.watch
+        warnings = [loops.warning] if loops and loops.warning else watch.sentences("warn")
         self.report = Report(
             phase=self._phase(),
             status=self.robot.reason,
@@ -442,8 +447,11 @@ class Loop:
             real_time_priority=self._first,
             energy=(kinetic, elastic, gravitational),
             conditioning=loops.worst if loops else None,
-            warning=loops.warning if loops else "",
+            warning=" ".join(warnings),
+            validity=watch.findings(),
         )
+        if self.robot.status == OK:
+            watch.clear()
         if loops is not None:
             loops.worst = loops.now
         self._window = (moving, simulated, overruns)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .validity import Finding
+
 
 @dataclass(frozen=True)
 class Report:
@@ -22,6 +24,7 @@ class Report:
     energy : kinetic, elastic, gravitational, J
     conditioning : of closed loops, the least since the last report; None without loops
     warning : what a user should know of a robot that still runs
+    validity : the largest of each figure of the validity watch since the last report
     """
 
     phase: str = "waiting"
@@ -46,3 +49,4 @@ class Report:
     energy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     conditioning: float | None = None
     warning: str = ""
+    validity: tuple[Finding, ...] = ()

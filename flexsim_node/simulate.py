@@ -8,18 +8,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .acceleration import NOT_VALID, OK
+from .acceleration import OK
 from .effects import Decision
 from .integrators.adaptive import Adaptive
 from .scene import Scene
 from .simulation import Simulation, joint_index
 from .torque_profile import torque_profile
+from .validity import LOOK_PERIOD
 
 Torque = Callable[[float], np.ndarray] | np.ndarray | None
 Wrench = Mapping[str, Callable[[float], np.ndarray]]
 Motion = Mapping[str, Callable[[float], tuple[float, float, float]]]
-
-LOOK_PERIOD = 0.1  # s between looks at the conditions of J_0 and of the mass matrix
 
 
 @dataclass(frozen=True)
@@ -174,8 +173,7 @@ def simulate(
         kept = k + 1
         if times[k] >= next_look or k == samples - 1:
             next_look = times[k] + LOOK_PERIOD
-            if not robot.watch.look(robot.x):
-                robot.status = NOT_VALID
+            if not robot.check():
                 break
         if k == samples - 1:
             break

@@ -246,6 +246,12 @@ class Simulation:
             self.status = LOOP_OPEN
         return self.status
 
+    def check(self) -> bool:
+        """Look at what the watch does not see in every step; False, and a status, where a limit is passed."""
+        if self.status == OK and not self.watch.look(self.x):
+            self.status = NOT_VALID
+        return self.status == OK
+
     @property
     def reason(self) -> str:
         """The status in words."""

@@ -13,6 +13,7 @@ from .erls import erls_condition
 from .kinematics import place
 from .model import Model
 
+LOOK_PERIOD = 0.1  # s between looks at what the steps themselves do not watch
 # the watch's rows, then what is looked at now and then
 NAMES = ("elastic_rotation", "spin_ratio", "correction", "axial_load", "erls_condition", "mass_condition")
 UNITS = ("rad", "", "m or rad", "", "", "")
@@ -28,7 +29,7 @@ ADVICE = (
     "rotations of earlier links reach later ones linearly: give formulation: co_moving, or stiffer links",
     "without the effect centrifugal nothing stiffens a spinning link: switch it on",
     "the step follows this motion only just: give a smaller step",
-    "without the effect centrifugal nothing tells a pulled link from a pushed one: switch it on",
+    "the link may buckle: give a stiffer section; without the effect centrifugal it can't, so switch that on",
     "the zeroed dofs hardly define the rigid links here: give other ones, or root",
     "a joint has hardly any inertia beyond it here: give it a rotor_inertia",
 )

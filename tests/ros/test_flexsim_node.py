@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import WrenchStamped
 from processes import Background, ros_environment
 from robot_process import PATIENCE, SCENE, robot, seconds, words
 
@@ -116,6 +117,45 @@ def test_nonsense_is_refused_whole(tmp_path: Path) -> None:
         assert log.count("refused a command") <= 3  # once a second, however many came
 
 
+def test_a_load_on_a_link_moves_the_arm(tmp_path: Path) -> None:
+    """Along the axes of the link that the header names, until the next; nonsense is refused and counted."""
+    with robot(tmp_path, override__gravity=[0.0, 0.0, 0.0], override__initial__position=START) as arm:
+        arm.connected()
+        loads = arm.node.create_publisher(WrenchStamped, "flexsim_node/wrench", 10)
+        arm.until(loads.get_subscription_count, PATIENCE)
+        load = WrenchStamped()
+        load.wrench.force.z = 2.0
+        for frame in ("no_such_link", "link_3"):
+            load.header.frame_id = frame
+            loads.publish(load)
+        arm.until(lambda: abs(arm.states()[-1].position[0] - START[0]) > 0.05)
+        load.wrench.force.z = float("nan")
+        loads.publish(load)
+        said = arm.until(lambda: arm.diagnostics() if arm.diagnostics().get("refused") == "2" else None)
+        assert said["refused, unknown link"] == said["refused, not finite"] == "1"
+        assert float(said["elastic_rotation"]) > 0.0
+
+
+def test_leaving_the_equations_range_is_said(tmp_path: Path) -> None:
+    """Beyond `warn` the diagnostics warn; beyond `stop` time stands still in the last good state."""
+    limits = {"override__validity__elastic_rotation__warn": 1e-5}
+    with robot(tmp_path, override__initial__position=START, **limits) as arm:
+        arm.connected()
+        arm.command([5.0, 20.0, 5.0])
+        arm.until(lambda: b"\x01" in [s.level for m in arm.heard["/diagnostics"] for s in m.status
+                                      if s.name.endswith("validity")])  # fmt: skip
+    limits["override__validity__elastic_rotation__stop"] = 2e-3
+    with robot(tmp_path, override__initial__position=START, **limits) as arm:
+        arm.connected()
+        arm.command([50.0, 200.0, 50.0])
+        said = arm.until(lambda: arm.diagnostics() if arm.diagnostics().get("phase") == "stopped" else None)
+        assert (
+            "elastic rotation reaches" in said["status"]
+            and "validity.elastic_rotation.stop" in said["status"]
+        )
+        assert all(np.isfinite(m.position).all() for m in arm.states())
+
+
 def test_command_timeout(tmp_path: Path) -> None:
     """A controller that has fallen silent loses its grip, where the user asked for that."""
     with robot(tmp_path, command_timeout=0.2) as arm:
@@ -159,9 +199,7 @@ def test_whoever_comes_late_hears_what_the_robot_is(tmp_path: Path) -> None:
 
 def test_a_solver_in_trouble_stops_with_the_reason(tmp_path: Path) -> None:
     """The last good state is published on, with its reason; nothing that is not finite gets out."""
-    with robot(
-        tmp_path, override__solver__method="runge_kutta_4", override__solver__step=1e-3
-    ) as arm:
+    with robot(tmp_path, override__solver__method="runge_kutta_4", override__solver__step=1e-3) as arm:
         arm.connected()
         arm.until(lambda: arm.diagnostics().get("phase") == "stopped", PATIENCE)
         (solver,) = [s for s in arm.heard["/diagnostics"][-1].status if s.name.endswith("solver")]
