@@ -81,7 +81,7 @@ class Joint(_Part):
 
     name: str = ""
     type: Literal["fixed", "revolute", "prismatic"] = "revolute"
-    actuated: Switch = True
+    actuated: bool = True
     effort_limit: Positive | None = None
     viscous_friction: NotNegative = 0.0
     coulomb_friction: NotNegative = 0.0

@@ -7,7 +7,7 @@ import numpy as np
 from .acceleration import LOOP_OPEN, NOT_VALID, OK, REASONS, drive_joints
 from .assembly import Assembly
 from .binding import STEPPERS, bind
-from .chain import workspace
+from .chain import Workspace, workspace
 from .energy import energy
 from .faults import Faults, payload_scenes
 from .integrators import METHODS
@@ -32,6 +32,9 @@ class Simulation:
     motion : (3, 3, m) prescribed position, velocity, acceleration of held joints at the same times
     faults : what comes between commands and torques and between joints and sensors, or None
     """
+
+    model: Model
+    work: Workspace
 
     def __init__(
         self,

@@ -42,7 +42,7 @@ def move(scene: Scene, goal: list[float] | None, duration: float) -> Trajectory:
     part = np.where(s < 0.5, 2.0 * s**2, 1.0 - 2.0 * (1.0 - s) ** 2)
     rate = np.where(s < 0.5, 4.0 * s, 4.0 * (1.0 - s)) / duration
     way = np.array(goal) - start
-    return Trajectory(np.float64(BEGIN + duration * s), start + part[:, None] * way, rate[:, None] * way)
+    return Trajectory(np.asarray(BEGIN + duration * s), start + part[:, None] * way, rate[:, None] * way)
 
 
 def cases(scene: Scene, effort: NDArray[np.float64], moved: float, period: float) -> list[Case]:

@@ -23,7 +23,7 @@ class Shaper:
 
     def __mul__(self, other: Shaper) -> Shaper:
         """Take out what both take out."""
-        times = np.float64(np.add.outer(self.times, other.times).ravel())
+        times = np.asarray(np.add.outer(self.times, other.times)).ravel()
         amplitudes = np.outer(self.amplitudes, other.amplitudes).ravel()
         order = np.argsort(times, kind="stable")
         return Shaper(np.asarray(times[order]), np.asarray(amplitudes[order], dtype=np.float64))
