@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,16 +18,18 @@ if TYPE_CHECKING:
 
     from flexsim_node import Run, Scene
 
+    from .replay.drive import Drive
+
 
 @click.command()
-@click.argument("scene", type=click.Path())
-@click.option("-d", "--duration", type=click.FloatRange(0.0, 1e6), default=1.0, show_default=True,
-              metavar="SECONDS", help="Of simulated time.")  # fmt: skip
+@click.argument("scene", metavar="SCENE|BAG", type=click.Path())
+@click.option("-d", "--duration", type=click.FloatRange(0.0, 1e6), metavar="SECONDS",
+              help="Of simulated time; else 1, or that of the bag.")  # fmt: skip
 @click.option("--sample-period", type=click.FloatRange(0.0, min_open=True), metavar="SECONDS",
-              help="Between saved samples; the scene's step if not given.")  # fmt: skip
-@click.option("--torque", type=click.Path(dir_okay=False), metavar="FILE.csv",
-              help="Torques, N m: columns t, one a joint (passive ones may be left out);"
-              " a row holds until the next.")  # fmt: skip
+              help="Between saved samples; else the scene's step, or the bag's period.")  # fmt: skip
+@click.option("--torque", type=click.Path(), metavar="FILE.csv|BAG",
+              help="Torques, N m: columns t, one a joint (passive ones may be left out), a row holds "
+                   "until the next; or what drove a recorded robot.")  # fmt: skip
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
               help="Change the scene, e.g. solver.step=5e-4; may be repeated.")  # fmt: skip
 @click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.npz",
@@ -34,7 +37,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     scene: str,
-    duration: float,
+    duration: float | None,
     sample_period: float | None,
     torque: str | None,
     settings: tuple[str, ...],
@@ -44,23 +47,27 @@ def command(
     """Simulate a robot without ROS.
 
     SCENE is a YAML file, such as those in config/. Without --torque the scene's own torques drive
-    it, or none.
+    it, or none. A BAG stands for the scene and the torques of a recorded robot, which so goes through its run again.
 
     \b
     Example:
       flexsim simulate config/planar_double_pendulum.yaml --duration 2
       flexsim simulate config/anthropomorphic.yaml --set links.link_2.beam.elements=4 --save run.npz
+      flexsim simulate run --set links.link_2.beam.elements=4 --save finer.npz
     """
     if save and not Path(save).absolute().parent.is_dir():
         raise click.ClickException(f"{Path(save).parent} does not exist; make it first")
     overrides = dict(map(setting, settings))
-    if not Path(scene).is_file():
-        raise click.ClickException(f"{scene} does not exist; give a scene's YAML file")
-
-    from flexsim_node import load_scene
-
-    loaded = load_scene(scene, overrides)
-    run, elapsed = work(loaded, duration, sample_period, torque)
+    if not Path(scene).is_file() and not is_bag(Path(scene)):
+        raise click.ClickException(f"{scene} does not exist; give a scene's YAML file, or a bag")
+    if is_bag(Path(scene)) and torque is None:
+        torque = scene
+    drive = driven(Path(torque)) if torque is not None and is_bag(Path(torque)) else None
+    loaded = load(Path(scene), overrides)
+    if drive is not None:
+        sample_period = drive.period * 1e-9 if sample_period is None else sample_period
+        duration = drive.duration if duration is None else duration
+    run, elapsed = work(loaded, 1.0 if duration is None else duration, sample_period, torque, drive)
     if save:
         write(run, loaded, Path(save))
     found = figures(run, loaded, elapsed)
@@ -71,6 +78,38 @@ def command(
         print_figures(found, bool(loaded.loops))
     if run.status != "ok":
         raise click.ClickException(run.status)
+
+
+def is_bag(path: Path) -> bool:
+    """Say whether a path is that of a bag."""
+    return path.is_dir() or path.suffix == ".mcap"
+
+
+def driven(path: Path) -> Drive:
+    """Return what drove a recorded robot."""
+    from .bag import Bag
+    from .replay.drive import read_drive
+
+    return read_drive(Bag(path))
+
+
+def load(path: Path, overrides: dict[str, Any]) -> Scene:
+    """Load a scene's file, or the scene that a bag holds, with what its node changed of it."""
+    from flexsim_node import load_scene
+
+    if not is_bag(path):
+        return load_scene(path, overrides)
+    from .bag import Bag
+    from .replay.drive import overrides_of, parameters_in, scene_in
+
+    bag = Bag(path)
+    name, text = scene_in(bag)
+    if text is None:
+        raise ValueError(f"{path} does not hold its scene; give the scene's file, and --torque {path}")
+    with tempfile.TemporaryDirectory(prefix="flexsim_") as folder:
+        file = Path(folder) / name
+        file.write_bytes(text)
+        return load_scene(file, overrides_of(parameters_in(bag)) | overrides)
 
 
 def setting(words: str) -> tuple[str, Any]:
@@ -98,7 +137,11 @@ def number(text: str) -> int | float | None:
 
 
 def work(
-    scene: Scene, duration: float, sample_period: float | None, torque: str | None
+    scene: Scene,
+    duration: float,
+    sample_period: float | None,
+    torque: str | None,
+    drive: Drive | None,
 ) -> tuple[Run, float]:
     """Simulate, with the compilation done before.  Returns the run and the s it took."""
     from flexsim_node import simulate
@@ -112,9 +155,14 @@ def work(
     stride = max(1, math.ceil(period / scene.solver.step - 1e-9))
     fine = period / stride  # torques may change at every step, however few samples are kept
     steps = round(duration / fine) + 1
+    applied = (
+        read_torque(Path(torque), scene, steps, fine)
+        if drive is None
+        else drive.held(torque, scene.joint_names, steps, fine)
+    )
     run = simulate(
         scene,
-        read_torque(Path(torque), scene, steps, fine),
+        applied,
         duration=duration,
         sample_period=fine,
     )

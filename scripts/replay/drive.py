@@ -60,8 +60,30 @@ class Drive:
     @property
     def overrides(self) -> dict[str, Any]:
         """What the node changed of its scene, by key."""
-        prefix = "override."
-        return {n.removeprefix(prefix): v for n, v in self.parameters.items() if n.startswith(prefix)}
+        return overrides_of(self.parameters)
+
+    def held(self, source: str, joint_names: tuple[str, ...], steps: int, step: float) -> NDArray[np.float64]:
+        """Return the torque (steps, m) in force at each of a simulation's steps, s long.
+
+        Raises
+        ------
+        BagError
+            The joints are others.
+        """
+        if sorted(joint_names) != sorted(self.joint_names):
+            raise BagError(
+                f"{source} drives {', '.join(self.joint_names)}; the scene has {', '.join(joint_names)}"
+            )
+        order = [self.joint_names.index(name) for name in joint_names]
+        # A time that is a period's beginning but for rounding belongs to that period.
+        at = ((np.arange(steps) + 1e-6) * step * SECOND / self.period).astype(np.int64)
+        return self.torque[np.minimum(at, len(self.torque) - 1)][:, order]
+
+
+def overrides_of(parameters: dict[str, Any]) -> dict[str, Any]:
+    """Return what a node changed of its scene, by key."""
+    prefix = "override."
+    return {n.removeprefix(prefix): v for n, v in parameters.items() if n.startswith(prefix)}
 
 
 def stamps(columns: dict[str, NDArray[Any]]) -> NDArray[np.int64]:
