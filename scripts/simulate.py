@@ -62,10 +62,10 @@ def command(
         raise click.ClickException(f"{scene} does not exist; give a scene's YAML file, or a bag")
     if is_bag(Path(scene)) and torque is None:
         torque = scene
-    drive = driven(Path(torque)) if torque is not None and is_bag(Path(torque)) else None
     loaded = load(Path(scene), overrides)
+    drive = driven(Path(torque), loaded) if torque is not None and is_bag(Path(torque)) else None
     if drive is not None:
-        sample_period = drive.period * 1e-9 if sample_period is None else sample_period
+        sample_period = 1.0 / drive.rate if sample_period is None else sample_period
         duration = drive.duration if duration is None else duration
     run, elapsed = work(loaded, 1.0 if duration is None else duration, sample_period, torque, drive)
     if save:
@@ -85,12 +85,14 @@ def is_bag(path: Path) -> bool:
     return path.is_dir() or path.suffix == ".mcap"
 
 
-def driven(path: Path) -> Drive:
-    """Return what drove a recorded robot."""
+def driven(path: Path, scene: Scene) -> Drive:
+    """Return what drove a recorded robot; `scene` where the bag does not hold its own."""
     from .bag import Bag
     from .replay.drive import read_drive
+    from .replay.ticks import tick_by_tick
 
-    return read_drive(Bag(path))
+    drive = read_drive(Bag(path))
+    return tick_by_tick(drive, Bag(path), scene if drive.scene is None else load(path, {}))
 
 
 def load(path: Path, overrides: dict[str, Any]) -> Scene:

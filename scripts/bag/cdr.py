@@ -40,6 +40,10 @@ LINE = re.compile(
 )
 
 
+# Part of an array: "position[-3:]" needs not read the rest.
+PART = re.compile(r"(?P<name>.+)\[(?P<first>-?\d*):(?P<last>-?\d*)\]$")
+
+
 @dataclass(frozen=True)
 class Member:
     """One field of a message: `size` None is a scalar, 0 a sequence, n an array of n."""
@@ -57,6 +61,13 @@ class Place:
     dtype: str
     count: int | None
 
+    def part(self, first: str, last: str) -> Place:
+        """Return where some of an array's numbers lie, as Python's slices have it."""
+        some = slice(int(first) if first else None, int(last) if last else None)
+        start, stop, _ = some.indices(self.count or 0)
+        size = np.dtype(self.dtype).itemsize
+        return Place(self.offset + start * size, self.dtype, max(0, stop - start))
+
 
 @dataclass
 class Layout:
@@ -66,9 +77,29 @@ class Layout:
     places: dict[str, list[Place]] = field(default_factory=dict)
     lengths: dict[int, int] = field(default_factory=dict)
     listed: set[str] = field(default_factory=set)
+    _lengths: tuple[NDArray[np.int64], NDArray[np.uint8]] | None = None
+
+    def fits(self, messages: Messages) -> NDArray[np.bool_]:
+        """Say which messages of this size have the layout: all lengths are where they are to be."""
+        if not self.lengths:
+            return np.ones(len(messages), dtype=bool)
+        if self._lengths is None:
+            at = np.fromiter(self.lengths, np.int64, len(self.lengths))
+            bytes_at = (at[:, None] + np.arange(4)).ravel()
+            said = np.fromiter(self.lengths.values(), np.uint32, len(self.lengths)).astype("<u4")
+            self._lengths = bytes_at, said.view(np.uint8)
+        place, wanted = self._lengths
+        return (messages.buffer[messages.start[:, None] + place] == wanted).all(axis=1)
+
+    def is_array(self, name: str) -> bool:
+        """Say whether a field is an array of numbers."""
+        places = self.places.get(name, [])
+        return bool(places) and places[0].count is not None and places[0].dtype in DTYPES.values()
 
     def cut(self, name: str, messages: Messages, type_name: str) -> NDArray[Any]:
         """Return a field of messages that have this layout."""
+        if name not in self.places and (part := PART.match(name)) and self.is_array(part["name"]):
+            return column(messages, self.places[part["name"]][0].part(part["first"], part["last"]))
         if name not in self.places:
             there = ", ".join(self.places)
             raise BagError(f"{type_name} has no field '{name}'; it has {there}")
@@ -77,8 +108,11 @@ class Layout:
             return column(messages, places[0])
         texts = [text(messages, place) for place in places]
         cells = np.empty(len(messages), dtype=object)
+        if name not in self.listed:
+            cells[:] = texts[0]
+            return cells
         for i in range(len(messages)):
-            cells[i] = [t[i] for t in texts] if name in self.listed else texts[0][i]
+            cells[i] = [t[i] for t in texts]
         return cells
 
 
@@ -175,9 +209,7 @@ class Decoder:
                     layout = self.layout(messages[index[:1]].data()[0])
                     self._layouts[size].append(layout)
                 some = messages if len(index) == len(messages) else messages[index]
-                fits = np.ones(index.size, dtype=bool)
-                for offset, length in layout.lengths.items():
-                    fits &= column(some, Place(offset, "u4", None)) == length
+                fits = layout.fits(some)
                 if fits.all():
                     found.append((None if some is messages else index, layout, some))
                     break

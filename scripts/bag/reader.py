@@ -125,7 +125,8 @@ class Bag:
         topic : str
             For example "/joint_states".
         field : str
-            Its path in the message, for example "position" or "header.stamp.sec".
+            Its path in the message, for example "position", "header.stamp.sec", or of an array's
+            numbers only some: "position[-3:]".
         clock : "log" or "stamp"
             Times are seconds since the bag's start, by receive time, or the messages' own
             header stamps.

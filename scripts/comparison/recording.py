@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from ..bag import BagError
 from ..rerun_view import robot, viewer
-from ..rerun_view.bag import LAYOUT, of_type, skeleton
 from ..rerun_view.palette import SERIES
 from ..rerun_view.robot import RobotView
+from ..rerun_view.robot_bag import LAYOUT, skeleton, topics
 from ..rerun_view.tube import Skeleton
+from ..rerun_view.window import window
 from .aligned import SECOND
 from .picture import tip
 from .saved_run import SavedRun, read
@@ -57,7 +58,7 @@ def layout_of(run: SavedRun) -> Skeleton | None:
     """Return the skeleton of a run's robot, or None where it is not known."""
     if run.bag is None:
         return None
-    topic = of_type(run.bag, LAYOUT)
+    topic = topics(run.bag).get(LAYOUT)
     return None if topic is None else skeleton(run.bag, topic)
 
 
@@ -125,17 +126,9 @@ def blueprint(reach: NDArray[np.float64], names: tuple[str, str], scale: float) 
         background=rrb.Background((24, 27, 33)),
         eye_controls=robot.eye(reach),
     )
-    return rrb.Blueprint(
-        rrb.Horizontal(
-            space,
-            rrb.Vertical(
-                rrb.TimeSeriesView(origin="tip", name="Tip deflection, mm"),
-                rrb.TimeSeriesView(origin="joints", name="Joint position, rad or m"),
-                rrb.TimeSeriesView(origin="between", name="Distance of the tips, mm"),
-            ),
-            column_shares=[3, 2],
-        ),
-        rrb.BlueprintPanel(state="hidden"),
-        rrb.SelectionPanel(state="hidden"),
-        rrb.TimePanel(state="collapsed", timeline=robot.TIMELINE, play_state="playing"),
+    plots = rrb.Vertical(
+        rrb.TimeSeriesView(origin="tip", name="Tip deflection, mm"),
+        rrb.TimeSeriesView(origin="joints", name="Joint position, rad or m"),
+        rrb.TimeSeriesView(origin="between", name="Distance of the tips, mm"),
     )
+    return window(rrb.Horizontal(space, plots, column_shares=[3, 2]))

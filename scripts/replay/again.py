@@ -8,10 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from flexsim_node import load_scene
+
 from ..bag import Bag, BagError, BagWriter
 from ..terminal.stop import Stop
 from .drive import node_parameters, read_drive
 from .lockstep import NODE, Driver, node_process
+from .ticks import tick_by_tick
 
 WAITED_FOR = ("/joint_states", f"/{NODE}/elastic_state", f"/{NODE}/deformed_shape")
 
@@ -55,6 +58,8 @@ def again(
             assert drive.scene is not None
             scene = folder / drive.scene_name
             scene.write_bytes(drive.scene)
+        as_it_was = load_scene(scene, overrides=drive.overrides)
+        drive = tick_by_tick(drive, bag, as_it_was)
         parameters = node_parameters(drive, scene.resolve())
         parameters |= {f"override.{key}": value for key, value in settings.items()}
         said = ""

@@ -31,7 +31,7 @@ class Drive:
     ----------
     joint_names : (m,)
     period : int, ns
-        From one joint state to the next.
+        From one joint state to the next; of a tick, where it is known tick by tick.
     torque : (K, m), N m or N
         In force in each period; the effort of the joint state at its end.
     scene : bytes or None
@@ -46,16 +46,21 @@ class Drive:
     scene_name: str
     scene: bytes | None
     parameters: dict[str, Any]
+    ticks: int = 1
+    """How many periods there are to a joint state."""
 
     @property
     def rate(self) -> float:
-        """Joint states a second, Hz."""
-        return SECOND / self.period
+        """Periods a second, Hz."""
+        # A period need not be a whole number of nanoseconds; then the node's parameter says more.
+        said = self.ticks * float(self.parameters.get("rate", 0.0))
+        near = abs(said * self.period / SECOND - 1.0) < 1e-3
+        return said if near else SECOND / self.period
 
     @property
     def duration(self) -> float:
         """Simulated time, s."""
-        return len(self.torque) * self.period / SECOND
+        return len(self.torque) / self.rate
 
     @property
     def overrides(self) -> dict[str, Any]:
@@ -76,7 +81,7 @@ class Drive:
             )
         order = [self.joint_names.index(name) for name in joint_names]
         # A time that is a period's beginning but for rounding belongs to that period.
-        at = ((np.arange(steps) + 1e-6) * step * SECOND / self.period).astype(np.int64)
+        at = ((np.arange(steps) + 1e-6) * step * self.rate).astype(np.int64)
         return self.torque[np.minimum(at, len(self.torque) - 1)][:, order]
 
 
@@ -164,6 +169,7 @@ def node_parameters(drive: Drive, scene: Path) -> dict[str, Any]:
     given = {n: v for n, v in drive.parameters.items() if n not in CHOSEN and "qos_overrides" not in n}
     given = {n: v for n, v in given.items() if n != "start_type_description_service"}
     given |= {"scene": str(scene), "mode": "lockstep", "rate": drive.rate}
+    # Each tick is answered by a joint state; all else comes as often as it did.
     for name in ("elastic_rate", "shape_rate", "clock_rate"):
         # In lock-step nothing is published more often than joint states are.
         if float(given.get(name, 0.0)) > drive.rate:

@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 
 from .colour import GHOST, SERIES, along_scale, series
 from .leaf import Skin, outline, skins
+from .window import window
 
 TIMELINE = "time"
 FRAMES_PER_CHUNK = 50
 MILLIMETRES = 1e3
+PLAYBACK_SPEED = 60.0
+"""Simulated seconds a second: a fire takes its time."""
 LIVE_WINDOW = 1800.0
 """s of simulated time that plots show while the door burns."""
 LIMIT = (214, 69, 60)
@@ -213,7 +216,7 @@ class DoorView:
         values = MILLIMETRES * np.column_stack([bow, edge_gap])
         self._lines("door/deflection", ["bow", *(f"gap, {name}" for name in edge_names)], time, values)
 
-    def blueprint(self, *, live: bool = False) -> rrb.Blueprint:
+    def layout(self, *, live: bool = False) -> rrb.Horizontal:
         """Return the view: both sides, infrared, plots."""
         fire, unexposed = self.ranges["fire_side"], self.ranges["unexposed_side"]
         bent = f"displacement ×{self.scale:g}"
@@ -225,40 +228,36 @@ class DoorView:
             begin = rrb.TimeRangeBoundary.absolute(seconds=first)
             end = rrb.TimeRangeBoundary.absolute(seconds=last)
         shown = rrb.TimeAxis(view_range=rrb.TimeRange(begin, end))
-        return rrb.Blueprint(
-            rrb.Horizontal(
-                rrb.Vertical(
-                    rrb.Horizontal(
-                        self._side("fire_side", f"Fire side, {fire}; {bent}"),
-                        self._side("unexposed_side", f"Unexposed side, {unexposed}; {bent}"),
-                        rrb.Spatial2DView(
-                            origin="door/infrared",
-                            name=f"Infrared, {unexposed.low:.0f} to {unexposed.high:.0f} °C",
-                            background=rrb.Background(BACKGROUND),
-                        ),
-                        column_shares=[3, 3, 2],
+        return rrb.Horizontal(
+            rrb.Vertical(
+                rrb.Horizontal(
+                    self._side("fire_side", f"Fire side, {fire}; {bent}"),
+                    self._side("unexposed_side", f"Unexposed side, {unexposed}; {bent}"),
+                    rrb.Spatial2DView(
+                        origin="door/infrared",
+                        name=f"Infrared, {unexposed.low:.0f} to {unexposed.high:.0f} °C",
+                        background=rrb.Background(BACKGROUND),
                     ),
-                    rrb.TextLogView(origin="door/verdict", name="Verdict"),
-                    row_shares=[6, 1],
+                    column_shares=[3, 3, 2],
                 ),
-                rrb.Vertical(
-                    _plot("Unexposed thermocouples and limits, °C", "door/thermocouples", shown,
-                          ["$origin/unexposed", "$origin/limit_mean", "$origin/limit_maximum"]),
-                    _plot("Furnace and inside the leaf, °C", "door", shown,
-                          ["$origin/furnace", "$origin/thermocouples/inside"]),
-                    _plot("Criteria, share of their limits", "door/criteria", shown),
-                    _plot("Deflection, mm", "door/deflection", shown),
-                    row_shares=[3, 2, 2, 2],
-                ),
-                column_shares=[3, 2],
+                rrb.TextLogView(origin="door/verdict", name="Verdict"),
+                row_shares=[6, 1],
             ),
-            rrb.BlueprintPanel(state="hidden"),
-            rrb.SelectionPanel(state="hidden"),
-            rrb.TimePanel(
-                state="collapsed", timeline=TIMELINE, playback_speed=60.0,
-                play_state="following" if live else "playing",
+            rrb.Vertical(
+                _plot("Unexposed thermocouples and limits, °C", "door/thermocouples", shown,
+                      ["$origin/unexposed", "$origin/limit_mean", "$origin/limit_maximum"]),
+                _plot("Furnace and inside the leaf, °C", "door", shown,
+                      ["$origin/furnace", "$origin/thermocouples/inside"]),
+                _plot("Criteria, share of their limits", "door/criteria", shown),
+                _plot("Deflection, mm", "door/deflection", shown),
+                row_shares=[3, 2, 2, 2],
             ),
+            column_shares=[3, 2],
         )  # fmt: skip
+
+    def blueprint(self, *, live: bool = False) -> rrb.Blueprint:
+        """Return the blueprint of a door alone."""
+        return window(self.layout(live=live), live=live, speed=PLAYBACK_SPEED)
 
     def _side(self, name: str, title: str) -> rrb.Spatial3DView:
         low, high = self.nodes.min(axis=0), self.nodes.max(axis=0)

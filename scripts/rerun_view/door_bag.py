@@ -10,7 +10,6 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
-from ..bag.cdr import Decoder
 from .door import STAMP, DoorView, Range, between, cold_temperature, stamps
 
 MESH = "flexsim_msgs/msg/LeafMesh"
@@ -32,7 +31,7 @@ FIELDS = {
 }
 # A leaf of fifty thousand nodes is drawn with some ten thousand: more frames cost only memory.
 MOST_FRAMES = 400
-MOST_PLOTTED = 50_000
+MOST_PLOTTED = 5_000
 
 
 def topics(bag: Bag) -> dict[str, str]:
@@ -47,8 +46,8 @@ def topics(bag: Bag) -> dict[str, str]:
 
 def show(
     bag: Bag, recording: rr.RecordingStream, found: dict[str, str], scale: float
-) -> tuple[rrb.Blueprint, dict[str, int]]:
-    """Log the door; returns its blueprint, and how many rows each entity has.
+) -> tuple[rrb.Horizontal, dict[str, int]]:
+    """Log the door; returns its view, and how many rows each entity has.
 
     Raises
     ------
@@ -78,14 +77,15 @@ def show(
             for side in ("fire_side", "unexposed_side"):
                 rows[f"door/{side}"] = rows.get(f"door/{side}", 0) + len(time)
     plots(bag, found, view, rows)
-    return view.blueprint(), rows
+    return view.layout(), rows
 
 
 def last_mesh(bag: Bag, topic: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return nodes (N, 3) and bricks (C, 8) of the last mesh."""
-    known = bag.topic(topic)
-    data = [message for _, message in bag.messages(topic)][-1:]
-    columns = Decoder(known.type, known.schema).columns(data, ["nodes", "hexahedra"])
+    last = bag.last(topic)
+    if last is None:
+        raise BagError(f"{bag.path}: {topic} can't be read")
+    columns = bag.decoder(topic).columns([last], ["nodes", "hexahedra"])
     return mesh_of(columns)
 
 
@@ -99,9 +99,7 @@ def parts(bag: Bag, found: dict[str, str], kind: str, most: int) -> Any:
     """Give the columns of a topic piece by piece, thinned to about `most` messages."""
     topic = found[kind]
     count = bag.topic(topic).count
-    times = bag.times(topic)
-    span = float(times[-1] - times[0]) * 1e-9 if len(times) else 0.0
-    period = span / most if count > most else 0.0
+    period = bag.duration / most if count > most else 0.0
     for _, columns in bag.batches(topic, [*FIELDS[kind], *STAMP], period=period):
         yield columns
 

@@ -19,23 +19,29 @@ from numpy.typing import NDArray
 
 from ..bag.cdr import Decoder
 from ..bag.definitions import definition
+from ..bag.diagnostics import statuses
 from ..ros.raw_topic import RawTopic
 from ..terminal.stop import Stop
 from . import robot
-from .bag import DOOR_SCALE, JOINTS, LAYOUT, ROBOT_SCALE, SHAPE, STATE
+from .bag import DOOR_SCALE, ROBOT_SCALE
 from .door_live import MESH_TOPIC, LiveDoor
+from .health import HealthPlots
 from .joints import QUANTITIES, JointPlots
+from .robot_bag import DIAGNOSTICS, JOINTS, LAYOUT, SHAPE, STATE
+from .spectrum import Running
 from .tube import LAYOUT_FIELDS, Skeleton
+from .window import window
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
 EXECUTABLE = "flexsim_node"
 LAYOUT_TOPIC = f"/{EXECUTABLE}/elastic_layout"
-FIELDS = {
+FIELDS: dict[str, tuple[str, list[str]]] = {
     "/joint_states": (JOINTS, ["name", *QUANTITIES]),
     f"/{EXECUTABLE}/elastic_state": (STATE, [*SHAPE, "status"]),
     LAYOUT_TOPIC: (LAYOUT, LAYOUT_FIELDS),
+    "/diagnostics": (DIAGNOSTICS, []),
 }
 # A running node is found in well under a second; a new one may compile its kernels first.
 DISCOVERY_TIME = 1.5
@@ -154,6 +160,8 @@ class LiveRobot:
         self._skeleton: Skeleton | None = None
         self._view: robot.RobotView | None = None
         self._plots: JointPlots | None = None
+        self._health = HealthPlots(recording, None)
+        self._spectra = Running(1.0)
         self._start: int | None = None
         self._next_frame = 0.0
 
@@ -171,6 +179,7 @@ class LiveRobot:
             self._take(LAYOUT, self._on_layout)
             self._take(STATE, self._on_states)
             self._take(JOINTS, self._on_joints)
+            self._take_diagnostics()
             time.sleep(POLL_PERIOD)
 
     def _discover(self) -> None:
@@ -193,6 +202,12 @@ class LiveRobot:
         fields = next(fields for t, fields in FIELDS.values() if t == type_name)
         show(times, self._decoders[type_name].columns([m.data for m in messages], fields))
 
+    def _take_diagnostics(self) -> None:
+        if DIAGNOSTICS not in self._topics or self._start is None:
+            return
+        for message in self._topics[DIAGNOSTICS].take():
+            self._health.log([1e-9 * (message.log_time - self._start)], [statuses(message.data)])
+
     def _on_layout(self, times: NDArray, layout: dict[str, NDArray]) -> None:
         self._skeleton = Skeleton.from_layout(layout)
         self._view = None
@@ -202,13 +217,17 @@ class LiveRobot:
         position, rigid = states["position"], states["rigid_position"]
         if self._view is None:
             self._view = robot.RobotView(self.recording, self._skeleton, scale=self.scale, full_colour=0.0)
-            self.recording.send_blueprint(
-                robot.blueprint(whole_reach(rigid[0].reshape(-1, 3)), self.scale, live=True)
-            )
+            # The blueprint is sent once, so it has room for what is yet to come.
+            health = self._health.all_views()
+            reach = whole_reach(rigid[0].reshape(-1, 3))
+            self.recording.send_blueprint(window(robot.layout(reach, self.scale, health=health), live=True))
         elastic = np.linalg.norm((position - rigid).reshape(-1, 3), axis=1)
         # The colours' range is not known beforehand, so it grows.
         self._view.full_colour = max(self._view.full_colour, float(elastic.max()))
-        self._view.log_deflection(times, position, rigid)
+        off = position[:, -3:] - rigid[:, -3:]
+        self._view.log_deflection(times, off)
+        for spectrum in self._spectra.add(times, off):
+            self._view.log_spectrum(*spectrum)
         self._view.log_status(times, states["status"])
         kept = []
         for i, t in enumerate(times):

@@ -26,11 +26,14 @@ class Skeleton:
     segments : tuple of (first, second) node indices
     radius : ndarray (S,), m
         Of the circle with the area of each segment's section.
+    outer : ndarray (S,), m
+        From each section's middle to its outermost fibre.
     """
 
     node_names: tuple[str, ...]
     segments: tuple[tuple[int, int], ...]
     radius: NDArray[np.float64]
+    outer: NDArray[np.float64]
 
     @classmethod
     def from_layout(cls, layout: Mapping[str, NDArray]) -> Skeleton:
@@ -40,6 +43,7 @@ class Skeleton:
             node_names=tuple(layout["node_names"][-1]),
             segments=tuple((int(a), int(b)) for a, b in layout["segments"][-1].reshape(-1, 2)),
             radius=np.sqrt(width * depth / np.pi),
+            outer=np.maximum(width, depth) / 2.0,
         )
 
     @property
@@ -59,6 +63,7 @@ class Skeleton:
             self.node_names,
             tuple((self.segments[c[0]][0], self.segments[c[-1]][1]) for c in self.chains),
             np.array([self.radius[c].mean() for c in self.chains]),
+            np.array([self.outer[c].max() for c in self.chains]),
         )
 
     def same_link(self, segment: int) -> bool:

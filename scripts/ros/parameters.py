@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rclpy.node import Node
+
+# s after which a question is asked again.
+PATIENCE = 2.0
 
 
 class ParameterQuestion:
@@ -38,15 +42,21 @@ class ParameterQuestion:
         self._names: list[str] = []
         self._pending: Any = None
         self._listed = False
+        self._asked = 0.0
 
     def step(self) -> dict[str, Any] | None:
         """Go on asking; the parameters by name as soon as they are known."""
         if self._pending is None:
             if self._client.services_are_ready():
+                self._asked = time.monotonic()
                 self._pending = self._client.list_parameters()
             return None
         self._executor.spin_once(timeout_sec=0.0)
         if not self._pending.done():
+            # A node that was not spinning yet may never see what it was asked before.
+            if time.monotonic() - self._asked > PATIENCE:
+                self._pending = None
+                self._listed = False
             return None
         answer = self._pending.result()
         if not self._listed:

@@ -104,6 +104,8 @@ class Recorder:
         scene = scene_of(parameters)
         if scene is not None:
             self.bag.attach(scene[0], "application/yaml", scene[1])
+        kept = "parameters" if scene is None else f"parameters and {scene[0]}"
+        print(f"+ {kept} of {name}", file=sys.stderr, flush=True)
 
     @property
     def asking(self) -> bool:

@@ -70,6 +70,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     robot.wait_for("kernels ready", PATIENCE)
     recorder.wait_for("+ /joint_states")
+    recorder.wait_for("+ parameters and anthropomorphic.yaml of /flexsim_node")
     random = np.random.default_rng(1)
     with listener(environment, {}) as (_, _, node):
         torques = node.create_publisher(Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=10))
@@ -80,6 +81,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert robot.end(signal.SIGINT) == 0, robot.errors.read_text()
     assert recorder.end(signal.SIGINT) == 0, recorder.errors.read_text()
     return bag
+
+
+def states_of(bag: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return the stamps, ns, and the joint positions of a bag, each time once."""
+    stamp = ["header.stamp.sec", "header.stamp.nanosec"]
+    _, columns = Bag(bag).columns("/joint_states", ["position", *stamp])
+    time, first = np.unique(columns[stamp[0]] * SECOND + columns[stamp[1]], return_index=True)
+    return time, columns["position"][first]
 
 
 def test_the_recorder_keeps_the_scene(run: Path) -> None:
@@ -114,12 +123,10 @@ def test_reproduced_to_the_bit(run: Path, tmp_path: Path) -> None:
     done = flexsim("simulate", run, "--save", saved, timeout=300)
     assert done.returncode == 0, done.stderr
     arrays = np.load(saved)
-    stamp = Bag(run).columns("/joint_states", ["position", "header.stamp.sec", "header.stamp.nanosec"])[1]
-    _, first = np.unique(
-        stamp["header.stamp.nanosec"] + SECOND * stamp["header.stamp.sec"], return_index=True
-    )
-    recorded = stamp["position"][first]
-    np.testing.assert_allclose(arrays["joint_position"][: len(recorded)], recorded, rtol=0, atol=1e-9)
+    time, position = states_of(run)
+    every = round(time[-1] / (len(time) - 1) / (arrays["time"][1] * SECOND))
+    offline = arrays["joint_position"][::every][: len(time)]
+    np.testing.assert_allclose(offline, position, rtol=0, atol=1e-9)
 
 
 def test_compare_finds_what_was_changed(run: Path, tmp_path: Path) -> None:
@@ -135,13 +142,9 @@ def test_compare_finds_what_was_changed(run: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     position = said["fields"]["/joint_states position"]
-    a, b = (
-        Bag(x).columns("/joint_states", ["position", "header.stamp.nanosec", "header.stamp.sec"])[1]
-        for x in (run, coarse)
-    )
-    keys = [x["header.stamp.nanosec"] + SECOND * x["header.stamp.sec"].astype(np.int64) for x in (a, b)]
-    _, i, j = np.intersect1d(*keys, return_indices=True)
-    off = np.abs(b["position"][j] - a["position"][i])
+    first, second = states_of(run), states_of(coarse)
+    _, i, j = np.intersect1d(first[0], second[0], return_indices=True)
+    off = np.abs(second[1][j] - first[1][i])
     assert position["largest"] == off.max()
     assert position["rms"] == pytest.approx(np.sqrt((off**2).mean()), rel=1e-12)
     assert 0.0 < said["since"] <= 0.002
@@ -260,7 +263,7 @@ def test_keys(tmp_path: Path) -> None:
     environment = ros_environment()
     bag = other_bag(tmp_path)
     terminal, end = pty.openpty()
-    with listener(environment, OTHER) as (heard, listen, _):
+    with listener(environment, OTHER) as (heard, listen, node):
         process = subprocess.Popen(
             command("play", bag, "/numbers", "--wait", 20, "--start-paused"),
             env=environment, stdin=end, stdout=subprocess.DEVNULL, stderr=end,
@@ -273,7 +276,9 @@ def test_keys(tmp_path: Path) -> None:
             listen(lambda: False, 0.15)
             return [m.data[0] for _, m in heard["/numbers"]]
 
-        listen(lambda: False, 4.0)
+        # Its publisher is there when it has taken the terminal's keys.
+        listen(lambda: node.count_publishers("/numbers"))
+        listen(lambda: False, 1.0)
         assert not heard["/numbers"]
         assert press("s", 1) == [0.0]
         assert press("\x1b[C", 2) == [0.0, 1.0]

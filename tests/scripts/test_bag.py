@@ -90,9 +90,7 @@ def test_wrong_words_say_what_is_right(tmp_path: Path) -> None:
     bag = Bag(write(tmp_path / "run", 3))
     with pytest.raises(BagError, match="no topic /nothing; it has /diagnostics, /joint_states"):
         bag.array("/nothing", "position")
-    with pytest.raises(
-        BagError, match=r"no field 'positions'; it has header\.stamp\.sec, .*position"
-    ):
+    with pytest.raises(BagError, match=r"no field 'positions'; it has header\.stamp\.sec, .*position"):
         bag.array("/joint_states", "positions")
     with pytest.raises(BagError, match="no definition of nobody_msgs/msg/Thing is installed"):
         BagWriter(tmp_path / "other").add_topic("/thing", "nobody_msgs/msg/Thing")
@@ -169,3 +167,36 @@ def test_offered_quality_survives(tmp_path: Path) -> None:
         ]
         assert len(list(reader.messages())) == 1
     assert Bag(tmp_path / "run").topics["/joint_states"].profiles == offered
+
+
+def test_tables(tmp_path: Path) -> None:
+    """A topic becomes a table of Arrow, and through Parquet it comes back the same."""
+    from pyarrow import parquet
+
+    bag = Bag(write(tmp_path / "run", 50))
+    table = bag.arrow("/joint_states", ["position", "header.frame_id"])
+    parquet.write_table(table, tmp_path / "run.parquet")
+    again = parquet.read_table(tmp_path / "run.parquet")
+    np.testing.assert_array_equal(
+        np.array(again["position"].to_pylist()), bag.array("/joint_states", "position")[1]
+    )
+    assert again["log_time"].cast("int64").to_pylist() == bag.times("/joint_states").tolist()
+    assert set(bag.fields("/joint_states")) == {
+        "header.stamp.sec", "header.stamp.nanosec", "header.frame_id", "name", "position", "velocity",
+        "effort",
+    }  # fmt: skip
+
+
+def test_part_of_an_array(tmp_path: Path) -> None:
+    """A slice of a field is read as Python would have it."""
+    bag = Bag(write(tmp_path / "run", 20))
+    _, all_of_it = bag.array("/joint_states", "position")
+    for words, part in (
+        ("[-1:]", slice(-1, None)),
+        ("[:2]", slice(2)),
+        ("[1:2]", slice(1, 2)),
+        ("[5:]", slice(5, None)),
+    ):
+        np.testing.assert_array_equal(bag.array("/joint_states", f"position{words}")[1], all_of_it[:, part])
+    with pytest.raises(BagError, match="no field"):
+        bag.array("/joint_states", "header.frame_id[1:]")

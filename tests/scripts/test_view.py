@@ -49,7 +49,7 @@ def shown(recorded: Recorded, tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = rows(rrd)
     for entity, count in said["rows"].items():
         assert found[f"/{entity}"] == count
-    assert said["without_view"] == ["/diagnostics", "/flexsim_node/commands"]
+    assert said["without_view"] == ["/flexsim_node/commands"]
     return rrd
 
 

@@ -1,0 +1,61 @@
+"""The spectrum of a vibration that goes on: of the last seconds, again and again."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+WINDOW = 4.0  # s
+HIGHEST = 100.0  # Hz
+SAMPLES = 2048  # of a window: enough for HIGHEST
+LEAST = 64  # samples that a window must hold
+
+
+def spectrum(time: NDArray[np.float64], motion: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+    """Return frequencies, Hz, and amplitudes of a motion (K, n), of all components together.
+
+    A sine of amplitude a in one component has a peak of height a. Times need not be evenly spaced.
+    """
+    span = time[-1] - time[0]
+    if len(time) < LEAST or not span > 0.0:
+        return np.zeros(0), np.zeros(0)
+    even = time[0] + span * np.arange(SAMPLES) / SAMPLES
+    moved = np.stack([np.interp(even, time, column) for column in motion.T], axis=1)
+    # What drifts is the arm on its way, not its vibration.
+    basis = np.vander((even - even.mean()) / span, 4)
+    moved -= basis @ np.linalg.lstsq(basis, moved, rcond=None)[0]
+    window = np.hanning(SAMPLES)
+    lines = np.fft.rfft(moved * window[:, None], axis=0) * 2.0 / window.sum()
+    frequency = np.fft.rfftfreq(SAMPLES, span / SAMPLES)
+    # Beyond half of the rate at which it was sampled there is nothing to know.
+    known = frequency <= min(HIGHEST, 0.5 * (len(time) - 1) / span)
+    return frequency[known], np.linalg.norm(lines[known], axis=1)
+
+
+class Running:
+    """Collects a motion and gives its spectrum every so often.
+
+    Parameters
+    ----------
+    every : float, s
+    """
+
+    def __init__(self, every: float) -> None:
+        self.every = every
+        self._time: NDArray[np.float64] = np.empty(0)
+        self._motion: NDArray[np.float64] = np.empty((0, 3))
+        self._next = WINDOW / 2
+
+    def add(self, time: NDArray[np.float64], motion: NDArray) -> list[tuple[float, NDArray, NDArray]]:
+        """Take up K samples (K,), (K, 3); returns times, frequencies and amplitudes that are due."""
+        self._time = np.concatenate([self._time, time])
+        self._motion = np.concatenate([self._motion, motion])
+        found = []
+        while len(self._time) and self._time[-1] >= self._next:
+            a, b = np.searchsorted(self._time, [self._next - WINDOW, self._next])
+            if b - a >= LEAST:
+                found.append((self._next, *spectrum(self._time[a:b], self._motion[a:b])))
+            self._next += self.every
+        keep = np.searchsorted(self._time, self._next - WINDOW)
+        self._time, self._motion = self._time[keep:], self._motion[keep:]
+        return found
