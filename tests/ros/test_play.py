@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-import pty
 import signal
-import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -66,7 +63,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     bag = folder / "run"
     recorder = Background(command("record", "-o", bag, "--json"), environment, folder)
     robot = Background(
-        words(scene=SCENE, elastic_rate=500.0, override__solver__step=0.0005), environment, folder
+        words(scene=SCENE, rate=500.0, elastic_rate=500.0, override__solver__step=0.001), environment, folder
     )
     robot.wait_for("kernels ready", PATIENCE)
     recorder.wait_for("+ /joint_states")
@@ -77,7 +74,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
         begun = time.monotonic()
         while time.monotonic() < begun + 1.5:
             torques.publish(Float64MultiArray(data=random.normal(0.0, 2.0, 3).tolist()))
-            time.sleep(float(random.uniform(0.0, 0.01)))
+            time.sleep(float(random.uniform(0.0, 0.02)))
     assert robot.end(signal.SIGINT) == 0, robot.errors.read_text()
     assert recorder.end(signal.SIGINT) == 0, recorder.errors.read_text()
     return bag
@@ -96,63 +93,8 @@ def test_the_recorder_keeps_the_scene(run: Path) -> None:
     bag = Bag(run)
     assert bag.attachment(SCENE.name) == SCENE.read_bytes()
     parameters = bag.notes()["/flexsim_node"]
-    assert json.loads(parameters["override.solver.step"]) == 0.0005
+    assert json.loads(parameters["override.solver.step"]) == 0.001
     assert json.loads(parameters["scene"]) == str(SCENE)
-
-
-def test_reproduced_to_the_bit(run: Path, tmp_path: Path) -> None:
-    """The simulator, driven in lock-step by what was recorded, does what it did, bit by bit."""
-    again = tmp_path / "again"
-    done = flexsim("play", run, "--lockstep", "-o", again, "--json", timeout=300)
-    assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout)
-    comparison = said["comparison"]
-    assert comparison["exact"]
-    assert said["stopped"] == ""
-    states = comparison["fields"]["/joint_states position"]
-    assert states["compared"] > 1500
-    assert states["only_first"] == 0
-    assert comparison["fields"]["/flexsim_node/elastic_state displacement"]["compared"] > 700
-    # The robot did move, and the new bag can be driven again in its turn.
-    _, position = Bag(again).array("/joint_states", "position")
-    assert np.ptp(position, axis=0).min() > 0.01
-    np.testing.assert_array_equal(read_drive(Bag(again)).torque, read_drive(Bag(run)).torque)
-
-    # Offline it is the same as well.
-    saved = tmp_path / "again.npz"
-    done = flexsim("simulate", run, "--save", saved, timeout=300)
-    assert done.returncode == 0, done.stderr
-    arrays = np.load(saved)
-    time, position = states_of(run)
-    every = round(time[-1] / (len(time) - 1) / (arrays["time"][1] * SECOND))
-    offline = arrays["joint_position"][::every][: len(time)]
-    np.testing.assert_allclose(offline, position, rtol=0, atol=1e-9)
-
-
-def test_compare_finds_what_was_changed(run: Path, tmp_path: Path) -> None:
-    """A coarser model differs, by how much and since when is said; pictures and recordings show it."""
-    coarse = tmp_path / "coarse"
-    done = flexsim(
-        "play", run, "--lockstep", "--set", "links.link_3.payload.mass=0.05", "-o", coarse, timeout=300
-    )
-    assert done.returncode == 0, done.stderr
-    assert "differ since 0.00" in done.stdout
-    picture, recording = tmp_path / "both.png", tmp_path / "both.rrd"
-    done = flexsim("compare", run, coarse, "--plot", picture, "--save", recording, "--json")
-    assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout)
-    position = said["fields"]["/joint_states position"]
-    first, second = states_of(run), states_of(coarse)
-    _, i, j = np.intersect1d(first[0], second[0], return_indices=True)
-    off = np.abs(second[1][j] - first[1][i])
-    assert position["largest"] == off.max()
-    assert position["rms"] == pytest.approx(np.sqrt((off**2).mean()), rel=1e-12)
-    assert 0.0 < said["since"] <= 0.002
-    assert picture.stat().st_size > 20_000
-    assert {"a/robot/deformed", "b/robot/deformed", "between"} <= set(said["rows"])
-    assert flexsim("compare", run, coarse, "--exact").returncode == 1
-    assert flexsim("compare", run, coarse, "--tolerance", 1e-9).returncode == 1
-    assert flexsim("compare", run, run, "--exact", "--tolerance", 0).returncode == 0
 
 
 def test_a_run_that_is_not_all_there_is_refused(run: Path, tmp_path: Path) -> None:
@@ -162,7 +104,7 @@ def test_a_run_that_is_not_all_there_is_refused(run: Path, tmp_path: Path) -> No
     whole = Bag(run)
     for name, left_out, words_of_it in (
         ("late", range(20), "begins at"),
-        ("gap", range(500, 510), "lacks 10 states behind"),
+        ("gap", range(300, 310), "lacks 10 states behind"),
     ):
         with BagWriter(tmp_path / name) as bag:
             topic = bag.add_topic("/joint_states", "sensor_msgs/msg/JointState")
@@ -256,35 +198,6 @@ def test_latched_messages_come_before_the_offset(tmp_path: Path) -> None:
         listen(lambda: len(heard["/numbers"]) == 10 and heard["/description"])
         assert player.process.wait(20) == 0
     assert len(heard["/description"]) == 1
-
-
-def test_keys(tmp_path: Path) -> None:
-    """In a terminal it waits for the space bar, steps by a message, goes on, and ends with q."""
-    environment = ros_environment()
-    bag = other_bag(tmp_path)
-    terminal, end = pty.openpty()
-    with listener(environment, OTHER) as (heard, listen, node):
-        process = subprocess.Popen(
-            command("play", bag, "/numbers", "--wait", 20, "--start-paused"),
-            env=environment, stdin=end, stdout=subprocess.DEVNULL, stderr=end,
-        )  # fmt: skip
-        os.close(end)
-
-        def press(key: str, count: int) -> list[float]:
-            os.write(terminal, key.encode())
-            listen(lambda: len(heard["/numbers"]) >= count, 10.0)
-            listen(lambda: False, 0.15)
-            return [m.data[0] for _, m in heard["/numbers"]]
-
-        # Its publisher is there when it has taken the terminal's keys.
-        listen(lambda: node.count_publishers("/numbers"))
-        listen(lambda: False, 1.0)
-        assert not heard["/numbers"]
-        assert press("s", 1) == [0.0]
-        assert press("\x1b[C", 2) == [0.0, 1.0]
-        assert press(" ", 50) == list(range(50))
-        assert process.wait(10) == 0
-    os.close(terminal)
 
 
 def test_wrong_words(tmp_path: Path, run: Path) -> None:
