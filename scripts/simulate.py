@@ -47,7 +47,8 @@ def command(
     """Simulate a robot without ROS.
 
     SCENE is a YAML file, such as those in config/. Without --torque the scene's own torques drive
-    it, or none. A BAG stands for the scene and the torques of a recorded robot, which so goes through its run again.
+    it, or none. A BAG stands for the scene and the torques of a recorded robot, which so goes
+    through its run again.
 
     \b
     Example:
