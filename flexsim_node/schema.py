@@ -593,7 +593,7 @@ class Scene(_Part):
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
         names = [link.name for link in self.links]
-        if BASE in names:
+        if BASE in names and (self.loops or any(link.parent for link in self.links)):
             raise Misplaced(
                 ("links", names.index(BASE), "name"), f"is {BASE!r}, which is the ground; give another"
             )

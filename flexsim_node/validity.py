@@ -26,7 +26,8 @@ WORDS = (
     "the condition of the mass matrix",
 )
 ADVICE = (
-    "rotations of earlier links reach later ones linearly: give formulation: co_moving, or stiffer links",
+    "rotations of earlier links reach later ones linearly: give formulation: co_moving, stiffer links, or a"
+    " smaller step",
     "without the effect centrifugal nothing stiffens a spinning link: switch it on",
     "the step follows this motion only just: give a smaller step",
     "the link may buckle: give a stiffer section; without the effect centrifugal it can't, so switch that on",

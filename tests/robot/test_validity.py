@@ -29,7 +29,7 @@ def test_axial_load_against_buckling():
     run = pushed_bar(0.6 * euler)
     assert run.status == "ok" and "axial load over the buckling load" in run.warnings[0]
     run = pushed_bar(1.1 * euler, effects={"centrifugal": False})
-    assert "switch it on" in run.status and "stopped at" in run.status
+    assert "switch that on" in run.status and "stopped at" in run.status
 
 
 def test_elastic_rotation_of_a_tip_load():
