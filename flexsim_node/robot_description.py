@@ -26,7 +26,7 @@ def robot_description(scene: Scene) -> str:
     robot = xml.Element("robot", name=scene.name)
     for n, colour in enumerate(COLOURS):
         xml.SubElement(xml.SubElement(robot, "material", name=f"colour_{n}"), "color", rgba=colour)
-    xml.SubElement(robot, "link", name=BASE)
+    xml.SubElement(robot, "link", name=root_name(scene))
     names = iter(scene.joint_names)
     for n, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
         name, place, turn = _end(scene, parent)
@@ -43,10 +43,15 @@ def robot_description(scene: Scene) -> str:
     return '<?xml version="1.0"?>\n' + xml.tostring(robot, encoding="unicode")
 
 
+def root_name(scene: Scene) -> str:
+    """Name of the URDF's root: the base, unless a link is called so."""
+    return "world" if any(link.name == BASE for link in scene.links) else BASE
+
+
 def _end(scene: Scene, n: int) -> tuple[str, np.ndarray, np.ndarray]:
     """Name of link n, and place (3,) and rotation (3, 3) of its end in its URDF frame; -1: the base."""
     if n < 0:
-        return BASE, np.zeros(3), np.eye(3)
+        return root_name(scene), np.zeros(3), np.eye(3)
     dh = scene.links[n].dh
     return scene.links[n].name, np.array([dh.a, 0.0, dh.d]), rotation_x(dh.alpha)
 
