@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .reduced_chain import buffer_length
-
 # columns of Chain.link
 KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES, MOTOR = range(10)
 FIXED, REVOLUTE, PRISMATIC = range(3)
@@ -58,8 +56,6 @@ class Chain(NamedTuple):
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
-    reduced: np.ndarray  # (L, 12) int64: links that are one element with modes, see reduced_chain.py
-    modal: np.ndarray  # their constants
 
 
 class Workspace(NamedTuple):
@@ -95,7 +91,6 @@ class Workspace(NamedTuple):
     row: np.ndarray  # (6, 36)
     closure: np.ndarray  # (R, 2n + R + 4): G, M^-1 G^T, S = G M^-1 G^T, columns of closure.py
     pose: np.ndarray  # (L, 15): origin, rotation and the origin's velocity in the base frame; of loops only
-    modal: np.ndarray  # buffers of the reduced links, see reduced_chain.py
 
 
 def workspace(chain: Chain) -> Workspace:
@@ -137,5 +132,4 @@ def workspace(chain: Chain) -> Workspace:
         row=np.zeros((6, 36)),
         closure=np.zeros((equations, 2 * unknowns + equations + 4)),
         pose=np.zeros((links if equations else 0, 15)),
-        modal=np.zeros(buffer_length(chain.reduced, b)),
     )

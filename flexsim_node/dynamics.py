@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import planar_beam, planar_reduced_beam, rigid_body, spatial_beam, spatial_reduced_beam
+from . import planar_beam, rigid_body, spatial_beam
 from .chain import (
     ACCELERATION,
     ALPHA,
@@ -38,7 +38,6 @@ from .chain import (
 from .external import external_forces
 from .kernel import kernel
 from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
-from .reduced_chain import MODES
 
 
 @kernel
@@ -91,48 +90,7 @@ def link_forces(chain, work):
     wrench[:] = 0.0
     for n in range(link.shape[0]):
         f, first, start = work.frame[n], link[n, FIRST], link[n, FIRST_ELEMENT]
-        size = chain.reduced[n]
-        whole = size[MODES] >= 0
-        if whole:
-            e = element[start]
-            if planar:
-                planar_reduced_beam.forces(
-                    size,
-                    chain.modal,
-                    work.modal,
-                    e,
-                    f,
-                    d,
-                    v,
-                    a,
-                    first,
-                    alpha,
-                    beta,
-                    coriolis,
-                    spin,
-                    force,
-                    wrench[n],
-                )
-            else:
-                spatial_reduced_beam.forces(
-                    size,
-                    chain.modal,
-                    work.modal,
-                    e,
-                    f,
-                    d,
-                    v,
-                    a,
-                    first,
-                    alpha,
-                    beta,
-                    coriolis,
-                    spin,
-                    force,
-                    wrench[n],
-                    work.scratch,
-                )
-        for k in range(0 if whole else link[n, COUNT]):
+        for k in range(link[n, COUNT]):
             e, i = element[start + k], first + k + 1
             if planar:
                 planar_beam.inertia_force(e, f, d, v, a, i, alpha, coriolis, spin, force, wrench[n])
@@ -203,18 +161,6 @@ def stiffness_times(chain, work, y, scale, out):
     force[:] = 0.0
     work.wrench[:] = 0.0
     for n in range(link.shape[0]):
-        size = chain.reduced[n]
-        if size[MODES] >= 0:
-            e, first = element[link[n, FIRST_ELEMENT]], link[n, FIRST]
-            if planar:
-                planar_reduced_beam.stiffness_product(
-                    size, chain.modal, work.modal, e, d, rows, first, scale, force
-                )
-            else:
-                spatial_reduced_beam.stiffness_product(
-                    size, chain.modal, work.modal, e, d, rows, first, scale, force, work.scratch
-                )
-            continue
         for k in range(link[n, COUNT]):
             e, i = element[link[n, FIRST_ELEMENT] + k], link[n, FIRST] + k + 1
             if planar:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import planar_beam, planar_reduced_beam, rigid_body, spatial_beam, spatial_reduced_beam
+from . import planar_beam, rigid_body, spatial_beam
 from .beam import AXIAL, LENGTH, MASS, SHEAR_Y, SHEAR_Z, STIFFENING, squared_slope
 from .chain import (
     BODIES,
@@ -29,8 +29,6 @@ from .chain import (
 )
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
-from .reduced_chain import BUFFER, MODES, TENSIONS, constant_places
-from .reduced_link import slope_energy
 from .spatial_kinematics import to_child
 
 
@@ -53,23 +51,6 @@ def stiffening_energy(e, p, r):
     mz, _, _, _, _ = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
     shortening = 0.5 * length * (my + mz)
     return e[AXIAL] * shortening * (r[0] - p[0] + 0.5 * shortening)
-
-
-@allocating_kernel
-def modal_energy(chain, work, n, d, rate, w, out):
-    """Add a reduced link's modes to kinetic and linear elastic energy; their coupling is in their rows."""
-    size, data, first, b = chain.reduced[n], chain.modal, chain.link[n, FIRST], len(chain.dofs)
-    places, width = constant_places(size, b), 3 * b + size[TENSIONS] + 1
-    for i in range(size[MODES]):
-        z, speed = d[first + 2 + i // b, i % b], rate[first + 2 + i // b, i % b]
-        momentum = 0.5 * data[places[5] + i] * speed
-        for k in range(b):
-            coupling = work.modal[size[BUFFER] + i * width + 2 * b + k]
-            momentum += coupling * (w[5] if b == 3 and k == 2 else w[k])
-            momentum += data[places[7] + 2 * b * i + k] * rate[first + 1, k]
-            momentum += data[places[7] + 2 * b * i + b + k] * rate[first, k]
-        out[0] += momentum * speed
-        out[1] += 0.5 * data[places[6] + i] * z * z
 
 
 @allocating_kernel
@@ -119,19 +100,7 @@ def energy(chain, work, x, v, out):
             m, i = link[n, FIRST_ELEMENT] + k, link[n, FIRST] + k + 1
             e = chain.element[m]
             inertia[:] = 0.0
-            size = chain.reduced[n]
-            if size[MODES] >= 0:
-                if planar:
-                    planar_reduced_beam.inertia_coupling(
-                        size, chain.modal, work.modal, e, d, link[n, FIRST], coupling, inertia
-                    )
-                else:
-                    spatial_reduced_beam.inertia_coupling(
-                        size, chain.modal, work.modal, e, d, link[n, FIRST], coupling, inertia, t
-                    )
-                modal_energy(chain, work, n, d, rate, w, out)
-                out[1] += slope_energy(size, chain.modal, work.modal, d, link[n, FIRST], b, size[TENSIONS])[0]
-            elif planar:
+            if planar:
                 planar_beam.inertia_coupling(e, d, i, coupling, inertia)
             else:
                 spatial_beam.inertia_coupling(e, d, i, coupling, inertia, t)
@@ -139,7 +108,9 @@ def energy(chain, work, x, v, out):
                 twist_h = w[5] if planar and h == 2 else w[h]
                 full_h = 5 if planar and h == 2 else h
                 for j in range(b):
-                    out[0] += twist_h * (coupling[j, h] * rate[i - 1, j] + coupling[b + j, h] * rate[i, j])
+                    out[0] += twist_h * (
+                        coupling[j, h] * rate[i - 1, j] + coupling[b + j, h] * rate[i, j]
+                    )
                     full[full_h, 5 if planar and j == 2 else j] += inertia[h, j]
             out[0] += quadratic_form(chain.mass[m], rate[i], rate[i - 1], b)
             out[1] += quadratic_form(chain.stiffness[m], d[i], d[i - 1], b)

@@ -10,7 +10,7 @@ tip to the base, each link's joint last (the articulated-body idea, with elastic
 
 from __future__ import annotations
 
-from . import planar_beam, planar_reduced_beam, reduced_link, rigid_body, spatial_beam, spatial_reduced_beam
+from . import planar_beam, rigid_body, spatial_beam
 from .beam import STIFFENING
 from .chain import (
     AXIS,
@@ -36,7 +36,6 @@ from .chain import (
 from .interface import hand_load, hand_over, hand_over_planar, take_answer
 from .kernel import kernel
 from .kinematics import spatial_row
-from .reduced_chain import MODES
 
 
 @kernel
@@ -135,7 +134,9 @@ def add_bodies(chain, work, n, i, w, b):
         inertia[:] = 0.0
         r = work.row[0, 0:6]
         spatial_row(work.node[DISPLACEMENT, i], planar, r)
-        rigid_body.inertia_coupling(chain.body[m], chain.place[i], r, coupling, inertia, work.scratch)
+        rigid_body.inertia_coupling(
+            chain.body[m], chain.place[i], r, coupling, inertia, work.scratch
+        )
         for j in range(b):
             p = 5 if planar and j == 2 else j
             for k in range(b):
@@ -212,27 +213,7 @@ def factorize(chain, work):
         for i in range(first + count, first, -1):
             m = link[n, FIRST_ELEMENT] + i - first - 1
             e = chain.element[m]
-            modal = chain.reduced[n]
-            whole = modal[MODES] >= 0
-            if whole:
-                if planar:
-                    planar_reduced_beam.modal_rows(
-                        modal, chain.modal, work.modal, e, d, first, work.scale[0], work.coupling, w
-                    )
-                else:
-                    spatial_reduced_beam.modal_rows(
-                        modal,
-                        chain.modal,
-                        work.modal,
-                        e,
-                        d,
-                        first,
-                        work.scale[0],
-                        work.coupling,
-                        w,
-                        work.scratch,
-                    )
-            elif planar:
+            if planar:
                 planar_beam.inertia_coupling(e, d, i, work.coupling, w[6:9, 6:9])
             else:
                 spatial_beam.inertia_coupling(e, d, i, work.coupling, w[12:18, 12:18], work.scratch)
@@ -254,8 +235,6 @@ def factorize(chain, work):
                     planar_beam.iteration_stiffness(e, d, i, work.scale[0], work.row[4], w)
                 else:
                     spatial_beam.iteration_stiffness(e, d, i, work.scale[0], work.row[4], w)
-            if whole and not reduced_link.eliminate_modes(modal, work.modal, b, w):
-                return n + 1
             if link[n, BODIES] > 0:
                 add_bodies(chain, work, n, i, w, b)
             for p in range(b):
@@ -359,8 +338,6 @@ def solve(chain, work, rhs, out):
             f[k] = load[n, k]
             f[b + k] = 0.0
             f[2 * b + k] = load[n, b + k]
-        if chain.reduced[n, MODES] >= 0:
-            reduced_link.forward(chain.reduced[n], work.modal, index, first, b, rhs, out, f)
         for i in range(first + count, first, -1):
             for p in range(b):
                 if index[i, p] < 0:
@@ -464,7 +441,5 @@ def solve(chain, work, rhs, out):
                     f[p] = total
             for k in range(b):
                 f[b + k] = f[k]
-        if chain.reduced[n, MODES] >= 0:
-            reduced_link.backward(chain.reduced[n], work.modal, index, first, b, f[b : 2 * b], z, out)
         for k in range(b):
             z[k] = f[b + k]

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from .chain import DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
+from .chain import COUNT, DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
 from .kernel import kernel
 from .kinematics import place, spatial_row
-from .reduced_chain import MODES
-from .reduced_link import recover
 
 
 @kernel
-def observe(chain, work, axes, shown, station, x, position, rigid_position, displacement, pose):
+def observe(chain, work, axes, x, position, rigid_position, displacement, pose):
     """Write node positions, those of the rigid links (N, 3) and displacements (N, 6) in link frames.
 
-    shown (L + 1,) says where each link's nodes start in these arrays, station (N,) how far they are along it.
     pose (L, 12) gets each body frame's origin and rotation (row-wise) in the base frame.
     """
     link, frame = chain.link, work.frame
@@ -41,16 +38,10 @@ def observe(chain, work, axes, shown, station, x, position, rigid_position, disp
                 p[i] = f[LEVER + i]
                 for k in range(3):
                     p[3 + 3 * i + k] = f[ROTATION + 3 * i + k]
-        whole = chain.reduced[n, MODES] >= 0
-        for i in range(shown[n], shown[n + 1]):
-            at = i - shown[n]
-            if whole:
-                recover(chain, work, n, at, DISPLACEMENT, work.row[1])
-                spatial_row(work.row[1], planar, r)
-            else:
-                spatial_row(d[link[n, FIRST] + at], planar, r)
+        for i in range(link[n, FIRST], link[n, FIRST] + link[n, COUNT] + 1):
+            spatial_row(d[i], planar, r)
             for k in range(3):
-                rigid_position[i, k] = p[k] + p[3 + 3 * k] * station[i]
+                rigid_position[i, k] = p[k] + p[3 + 3 * k] * chain.place[i]
                 position[i, k] = rigid_position[i, k]
                 displacement[i, k] = 0.0
                 displacement[i, 3 + k] = 0.0
@@ -70,7 +61,8 @@ class Observation:
         self.rigid_position = np.zeros((nodes, 3))
         self.displacement = np.zeros((nodes, 6))
         self.pose = np.zeros((links, 12))
-        self.ends = model.first_node[1:] - 1
+        last = model.chain.link[:, FIRST] + model.chain.link[:, COUNT]
+        self.ends = np.asarray(last)
 
     def look(self, work, x: np.ndarray) -> None:
         """Fill the buffers from the unknowns x."""
@@ -78,8 +70,6 @@ class Observation:
             self.model.chain,
             work,
             self.model.axes,
-            self.model.first_node,
-            self.model.station,
             x,
             self.position,
             self.rigid_position,

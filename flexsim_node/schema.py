@@ -166,12 +166,6 @@ class Payload(_Part):
         return self
 
 
-class Reduction(_Part):
-    """Craig-Bampton: a link's ends and the lowest modes of the link with its ends held."""
-
-    modes: Annotated[int, Field(ge=0, strict=True)]
-
-
 class Link(_Part):
     """One link with the joint at its start; it hangs on the end of `parent`, by default the link before."""
 
@@ -181,7 +175,6 @@ class Link(_Part):
     joint: Joint = Joint()
     beam: Beam | None = None
     flexible: bool = True
-    reduction: Reduction | Literal[False] | None = None
     rigid: Payload | None = None
     payload: Payload = Payload()
 
@@ -550,7 +543,6 @@ class Scene(_Part):
     damping: Damping = Damping()
     links: Annotated[tuple[Link, ...], Field(min_length=1)]
     loops: tuple[ClosingJoint, ...] = ()
-    reduction: Reduction | None = None
     erls: Erls = Erls()
     initial: Initial = Initial()
     effects: Effects = Effects()
@@ -597,10 +589,6 @@ class Scene(_Part):
         """(L,) the link on whose end each link hangs, -1 for the base."""
         names = [BASE, *(link.name for link in self.links)]
         return tuple(names.index(k.parent) - 1 if k.parent else n - 1 for n, k in enumerate(self.links))
-    def modes_of(self, link: Link) -> int | None:
-        """Number of modes to which a link is reduced, or None: a link without its own follows the scene."""
-        own = self.reduction if link.reduction is None else link.reduction
-        return own.modes if own and link.beam is not None and link.flexible else None
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
@@ -672,13 +660,6 @@ class Scene(_Part):
                 raise Misplaced(
                     ("erls", "zeroed", n, "node"),
                     f"is {zeroed.node}; the end of {zeroed.link} is node {beam.elements}",
-                )
-            reduced = self.modes_of(self.links[names.index(zeroed.link)]) is not None
-            if beam is not None and reduced and 0 < zeroed.node < beam.elements:
-                raise Misplaced(
-                    ("erls", "zeroed", n, "node"),
-                    f"is {zeroed.node}, inside {zeroed.link}, which is reduced to its ends and modes;"
-                    f" give 0 or {beam.elements}, or links.{names.index(zeroed.link)}.reduction: false",
                 )
         self._check_sensors(names)
         self._check_torque()
