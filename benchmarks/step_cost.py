@@ -73,10 +73,10 @@ def chain(links: int, spatial: bool, method: str = "rosenbrock_w") -> Scene:
 
 
 @numba.njit
-def many(step, chain, work, x, v, torque, motion, h, option, count):
+def many(step, arrays, h, option, count):
     """Status of the first step that failed, or 0."""
     for _ in range(count):
-        status = step(chain, work, x, v, torque, motion, h, option)
+        status = step(arrays, h, option)
         if status != 0:
             return status
     return 0
@@ -106,12 +106,7 @@ def measure(scene: Scene, steps: int, rounds: int) -> dict[str, float]:
         begin = time.perf_counter()
         status = many(
             METHODS[scene.solver.method].step,
-            robot.model.chain,
-            robot.work,
-            robot.x,
-            robot.v,
-            robot.torque,
-            robot.motion,
+            robot.arrays,
             robot.step_size,
             robot.option,
             steps,

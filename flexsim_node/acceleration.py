@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .chain import COORDINATES, FIXED, KIND, MOTOR, Q
-from .closure import constrain, linearise
+from .closure import keep_closed
 from .dynamics import residual
 from .factorization import factorize, set_scale, solve
 from .kernel import kernel
@@ -62,9 +62,7 @@ def acceleration(chain, work, x, v, torque, out):
     if factorize(chain, work) != 0:
         return SINGULAR
     solve(chain, work, rhs, out)
-    if chain.closing.shape[0] > 0:
-        linearise(chain, work, v)
-        constrain(chain, work, out, 1.0)
+    keep_closed(chain.loops, chain, work, v, out, 1.0)
     for i in range(out.size):
         out[i] += a[i]
     return OK

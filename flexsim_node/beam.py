@@ -64,8 +64,10 @@ def hermite_mass(mass, f0, f1, f2, f3):
 def quadratic_mass(inertia, f0, f1, f2):
     """Products of QUADRATIC_MASS with three scalar values (start, middle, end), times `inertia`."""
     j = inertia / 30.0
-    return j * (4.0 * f0 + 2.0 * f1 - f2), j * (2.0 * f0 + 16.0 * f1 + 2.0 * f2), j * (
-        -f0 + 2.0 * f1 + 4.0 * f2
+    return (
+        j * (4.0 * f0 + 2.0 * f1 - f2),
+        j * (2.0 * f0 + 16.0 * f1 + 2.0 * f2),
+        j * (-f0 + 2.0 * f1 + 4.0 * f2),
     )
 
 

@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .by_reference import by_reference
+
 # columns of Chain.link
 KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES, MOTOR = range(10)
 FIXED, REVOLUTE, PRISMATIC = range(3)
@@ -39,7 +41,9 @@ GRAVITY, ALPHA, BETA, KEEP, CORIOLIS, SPIN, COORDINATES = 0, 3, 4, 5, 6, 7, 8
 class Chain(NamedTuple):
     """A robot as the kernels see it: L links, E elements, N nodes, n unknowns, B dofs a node (3 or 6)."""
 
-    dofs: tuple[int, ...]  # of a node in space: its length B is known when a kernel is compiled
+    # lengths of tuples are known when a kernel is compiled: what another robot needs is left out
+    dofs: tuple[int, ...]  # of a node in space, B of them
+    loops: tuple[int, ...]  # (their number,), or () where there are none
     link: np.ndarray  # (L, 10) int64
     joint: np.ndarray  # (L, 16)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
@@ -93,15 +97,26 @@ class Workspace(NamedTuple):
     pose: np.ndarray  # (L, 15): origin, rotation and the origin's velocity in the base frame; of loops only
 
 
-def workspace(chain: Chain) -> Workspace:
-    """Allocate the buffers for a chain."""
+class Robot(NamedTuple):
+    """Everything that a step works on."""
+
+    chain: Chain
+    work: Workspace
+    x: np.ndarray  # (n,) unknowns
+    v: np.ndarray  # (n,) their rates
+    torque: np.ndarray  # (3, m) at start, middle and end of the step
+    motion: np.ndarray  # (3, 3, m) prescribed position, velocity, acceleration at the same times
+
+
+def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
+    """Allocate the buffers for a chain, but for those that it shares with another."""
     links = len(chain.link)
     nodes, b = len(chain.unknown), len(chain.dofs)
     last = chain.link[:, [Q, PHI, MOTOR]].max(initial=-1)
     unknowns = max(int(chain.unknown.max(initial=-1)), int(last)) + 1
     joints = int(np.sum(chain.link[:, KIND] != FIXED))
     equations = len(chain.closing)
-    return Workspace(
+    buffers = Workspace(
         frame=np.zeros((links, 33)),
         kept=np.zeros((links, 33)),
         node=np.zeros((4, nodes, b)),
@@ -133,3 +148,4 @@ def workspace(chain: Chain) -> Workspace:
         closure=np.zeros((equations, 2 * unknowns + equations + 4)),
         pose=np.zeros((links if equations else 0, 15)),
     )
+    return by_reference(buffers._replace(**shared))

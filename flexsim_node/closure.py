@@ -277,13 +277,23 @@ def resolve(w, n):
 
 
 @kernel
-def constrain(chain, work, da, damped):
-    """Take from da, the free answer M^-1 f of the factorised tree, what would open the loops.
+def keep_closed(loops, chain, work, v, da, damped):
+    """Take from da, the free answer M^-1 f of the factorised tree at rates v, what would open the loops.
 
-    G and the second derivatives are those of `linearise`; `damped` scales the elastic part, as in the
-    integrators.
+    `damped` scales the elastic part, as in the integrators.
     """
+    if len(loops) == 0:
+        return
+    linearise(chain, work, v)
+    constrain(chain, work, da, damped)
+
+
+@kernel
+def constrain(chain, work, da, damped):
+    """`keep_closed` with G and the second derivatives of `linearise`."""
     w, n, m = work.closure, work.memory.size, int(chain.setting[COORDINATES])
+    for i in range(m, n):
+        da[i] *= damped
     count = w.shape[0]
     tail = 2 * n + count
     for k in range(count):
@@ -301,6 +311,8 @@ def constrain(chain, work, da, damped):
     decompose(w, n)
     resolve(w, n)
     subtract(w, n, da)
+    for i in range(m, n):
+        da[i] /= damped
 
 
 @kernel
@@ -329,11 +341,13 @@ def defects(chain, work, second):
 
 
 @kernel
-def close(chain, work, x, v, still):
-    """Close the loops at x and v with the factors of the last `constrain`; False where they stay open.
+def close(loops, chain, work, x, v, still):
+    """Close the loops at x and v with the factors of the last `keep_closed`; False where they stay open.
 
     still (n,) is a buffer.
     """
+    if len(loops) == 0:
+        return True
     w, n = work.closure, work.memory.size
     still[:] = 0.0
     size = before = np.inf

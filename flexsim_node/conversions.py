@@ -62,18 +62,14 @@ class Template:
         random = np.random.default_rng(0)
         marks = {}
         for name, like in arrays.items():
-            marks[name] = random.bytes(
-                like.nbytes
-            )  # found again below: where the field lies in the bytes
+            marks[name] = random.bytes(like.nbytes)  # found again below: where the field lies in the bytes
             code = "d" if like.dtype == np.float64 else "B"
             setattr(message, name, array.array(code, marks[name]))
         self._bytes = bytearray(serialize_message(message))
         self._views = {}
         for name, like in arrays.items():
             at = self._bytes.find(marks[name])
-            view = (
-                np.frombuffer(self._bytes, like.dtype, like.size, at) if like.size else like.ravel()
-            )
+            view = np.frombuffer(self._bytes, like.dtype, like.size, at) if like.size else like.ravel()
             self._views[name] = view.reshape(like.shape)
 
     def write(self, time: int, **values: np.ndarray) -> bytes:
@@ -112,9 +108,7 @@ class StateMessages:
             for n, name in enumerate(COORDINATES)
         ]
         link = 4 * len(COORDINATES)
-        cloud.fields.append(
-            PointField(name="link", offset=link, datatype=PointField.UINT32, count=1)
-        )
+        cloud.fields.append(PointField(name="link", offset=link, datatype=PointField.UINT32, count=1))
         self._points = np.zeros(nodes, POINT)
         self._points["link"] = model.node_link
         self._coordinates = self._points.view("<f4").reshape(nodes, -1)
@@ -181,9 +175,7 @@ def elastic_layout(model: Model) -> ElasticLayout:
 
 def entities(scene: Scene) -> list[Entity]:
     """Return the robot and its links."""
-    robot = Entity(
-        scene.name, ROBOT, f"flexible robot with {len(scene.joint_names)} joints", ("robot",)
-    )
+    robot = Entity(scene.name, ROBOT, f"flexible robot with {len(scene.joint_names)} joints", ("robot",))
     links = []
     for link in scene.links:
         kind = "flexible" if link.beam and link.flexible else "rigid"
@@ -229,9 +221,7 @@ def diagnostics(
         _status(
             "real time",
             warn if late else ok,
-            f"{report.recent_overruns} overruns in the last second"
-            if late
-            else f"{mode}, {report.phase}",
+            f"{report.recent_overruns} overruns in the last second" if late else f"{mode}, {report.phase}",
             scene_name,
             {
                 "mode": mode,
@@ -305,9 +295,7 @@ def _microseconds(name: str, p50: float | None, p99: float, worst: float) -> dic
     return {f"{name} {k}, µs": f"{1e6 * v:.1f}" for k, v in numbers.items() if v is not None}
 
 
-def _status(
-    task: str, level: bytes, message: str, hardware: str, values: dict[str, Any]
-) -> DiagnosticStatus:
+def _status(task: str, level: bytes, message: str, hardware: str, values: dict[str, Any]) -> DiagnosticStatus:
     return DiagnosticStatus(
         level=level,
         name=f"flexsim_node: {task}",

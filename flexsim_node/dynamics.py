@@ -78,12 +78,36 @@ def joint_force(chain, work, x, v, a, torque, out):
 
 
 @kernel
+def element_force(dofs, e, f, d, v, a, i, setting, force, wrench, scratch):
+    """Inertia, elastic and damping forces of the element that ends at node i."""
+    alpha, beta = setting[ALPHA], setting[BETA]
+    coriolis, spin = setting[CORIOLIS] > 0.0, setting[SPIN] > 0.0
+    if len(dofs) == 3:
+        planar_beam.inertia_force(e, f, d, v, a, i, alpha, coriolis, spin, force, wrench)
+        planar_beam.elastic_force(e, d, i, force)
+    else:
+        spatial_beam.inertia_force(e, f, d, v, a, i, alpha, coriolis, spin, force, wrench, scratch)
+        spatial_beam.elastic_force(e, d, i, force)
+    if beta > 0.0:
+        stiffness_force(dofs, e, d, v, i, beta, force)
+
+
+@kernel
+def stiffness_force(dofs, e, d, rows, i, scale, force):
+    """scale * K times nodal rows, of the element that ends at node i."""
+    if len(dofs) == 3:
+        planar_beam.stiffness_product(e, d, rows, i, scale, force)
+    else:
+        spatial_beam.stiffness_product(e, d, rows, i, scale, force)
+
+
+@kernel
 def link_forces(chain, work):
     """Inertia, elastic and damping forces of every element and body, at the placed and moving nodes."""
     link, element = chain.link, chain.element
     d, v, a = work.node[DISPLACEMENT], work.node[RATE], work.node[ACCELERATION]
     force, wrench = work.force, work.wrench
-    alpha, beta = chain.setting[ALPHA], chain.setting[BETA]
+    alpha = chain.setting[ALPHA]
     coriolis, spin = chain.setting[CORIOLIS] > 0.0, chain.setting[SPIN] > 0.0
     planar = len(chain.dofs) == 3
     force[:] = 0.0
@@ -92,18 +116,7 @@ def link_forces(chain, work):
         f, first, start = work.frame[n], link[n, FIRST], link[n, FIRST_ELEMENT]
         for k in range(link[n, COUNT]):
             e, i = element[start + k], first + k + 1
-            if planar:
-                planar_beam.inertia_force(e, f, d, v, a, i, alpha, coriolis, spin, force, wrench[n])
-                planar_beam.elastic_force(e, d, i, force)
-                if beta > 0.0:
-                    planar_beam.stiffness_product(e, d, v, i, beta, force)
-            else:
-                spatial_beam.inertia_force(
-                    e, f, d, v, a, i, alpha, coriolis, spin, force, wrench[n], work.scratch
-                )
-                spatial_beam.elastic_force(e, d, i, force)
-                if beta > 0.0:
-                    spatial_beam.stiffness_product(e, d, v, i, beta, force)
+            element_force(chain.dofs, e, f, d, v, a, i, chain.setting, force, wrench[n], work.scratch)
         for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
             i = chain.body_place[k]
             r = work.row
@@ -156,17 +169,13 @@ def stiffness_times(chain, work, y, scale, out):
     """scale * K y into out (n,), at the placed configuration."""
     link, element = chain.link, chain.element
     rows, d, force = work.node[TRIAL], work.node[DISPLACEMENT], work.force
-    planar = len(chain.dofs) == 3
     nodal_rates(chain, work, y, rows)
     force[:] = 0.0
     work.wrench[:] = 0.0
     for n in range(link.shape[0]):
         for k in range(link[n, COUNT]):
             e, i = element[link[n, FIRST_ELEMENT] + k], link[n, FIRST] + k + 1
-            if planar:
-                planar_beam.stiffness_product(e, d, rows, i, scale, force)
-            else:
-                spatial_beam.stiffness_product(e, d, rows, i, scale, force)
+            stiffness_force(chain.dofs, e, d, rows, i, scale, force)
     out[:] = 0.0
     gather(chain, work, out)
     for n in range(link.shape[0]):

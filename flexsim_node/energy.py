@@ -54,6 +54,15 @@ def stiffening_energy(e, p, r):
 
 
 @allocating_kernel
+def element_coupling(dofs, e, d, i, coupling, inertia, t):
+    """Inertia that couples an element's nodes and its link's motion."""
+    if len(dofs) == 3:
+        planar_beam.inertia_coupling(e, d, i, coupling, inertia)
+    else:
+        spatial_beam.inertia_coupling(e, d, i, coupling, inertia, t)
+
+
+@allocating_kernel
 def energy(chain, work, x, v, out):
     """Write kinetic, elastic and gravitational energy (J) into out (3,)."""
     link, joint = chain.link, chain.joint
@@ -100,17 +109,12 @@ def energy(chain, work, x, v, out):
             m, i = link[n, FIRST_ELEMENT] + k, link[n, FIRST] + k + 1
             e = chain.element[m]
             inertia[:] = 0.0
-            if planar:
-                planar_beam.inertia_coupling(e, d, i, coupling, inertia)
-            else:
-                spatial_beam.inertia_coupling(e, d, i, coupling, inertia, t)
+            element_coupling(chain.dofs, e, d, i, coupling, inertia, t)
             for h in range(b):
                 twist_h = w[5] if planar and h == 2 else w[h]
                 full_h = 5 if planar and h == 2 else h
                 for j in range(b):
-                    out[0] += twist_h * (
-                        coupling[j, h] * rate[i - 1, j] + coupling[b + j, h] * rate[i, j]
-                    )
+                    out[0] += twist_h * (coupling[j, h] * rate[i - 1, j] + coupling[b + j, h] * rate[i, j])
                     full[full_h, 5 if planar and j == 2 else j] += inertia[h, j]
             out[0] += quadratic_form(chain.mass[m], rate[i], rate[i - 1], b)
             out[1] += quadratic_form(chain.stiffness[m], d[i], d[i - 1], b)

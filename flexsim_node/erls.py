@@ -31,9 +31,7 @@ def beam_axes(link: Link) -> tuple[np.ndarray, float]:
     return np.column_stack([x, np.cross(z, x), z]), length
 
 
-def zeroed_directions(
-    scene: Scene, driven: tuple[str, ...]
-) -> list[dict[tuple[int, int], np.ndarray]]:
+def zeroed_directions(scene: Scene, driven: tuple[str, ...]) -> list[dict[tuple[int, int], np.ndarray]]:
     """For each link the zeroed dofs: (node, dof about the joint's frame) to a direction (6,) in beam axes."""
     found: list[dict[tuple[int, int], np.ndarray]] = [{} for _ in scene.links]
     zeroed = scene.erls.zeroed
@@ -122,9 +120,7 @@ def listed_directions(scene: Scene, found: list[dict[tuple[int, int], np.ndarray
         found[n][entry.node, dof] = direction
 
 
-def erls_condition(
-    chain: Chain, zeroed: list[dict[tuple[int, int], np.ndarray]], q: np.ndarray
-) -> float:
+def erls_condition(chain: Chain, zeroed: list[dict[tuple[int, int], np.ndarray]], q: np.ndarray) -> float:
     """Condition of J_0 (thesis 2.16): how the zeroed dofs of the rigid links move with the joints."""
     twists = rigid_twists(chain, q)
     rows = []

@@ -134,9 +134,7 @@ def add_bodies(chain, work, n, i, w, b):
         inertia[:] = 0.0
         r = work.row[0, 0:6]
         spatial_row(work.node[DISPLACEMENT, i], planar, r)
-        rigid_body.inertia_coupling(
-            chain.body[m], chain.place[i], r, coupling, inertia, work.scratch
-        )
+        rigid_body.inertia_coupling(chain.body[m], chain.place[i], r, coupling, inertia, work.scratch)
         for j in range(b):
             p = 5 if planar and j == 2 else j
             for k in range(b):
@@ -145,6 +143,37 @@ def add_bodies(chain, work, n, i, w, b):
                 if k >= j:
                     w[j, k] += chain.body_mass[m, j, k]
                     w[2 * b + j, 2 * b + k] += inertia[p, q]
+
+
+@kernel
+def element_terms(dofs, e, d, i, scale, coupling, row, scratch, w):
+    """Add to the front over (node i, node before, A) what of an element is not constant."""
+    b = len(dofs)
+    if len(dofs) == 3:
+        planar_beam.inertia_coupling(e, d, i, coupling, w[6:9, 6:9])
+        if e[STIFFENING] > 0.0:
+            planar_beam.shift_mass(e, d, i, w)
+            if scale > 0.0:
+                planar_beam.iteration_stiffness(e, d, i, scale, row, w)
+    else:
+        spatial_beam.inertia_coupling(e, d, i, coupling, w[12:18, 12:18], scratch)
+        if e[STIFFENING] > 0.0:
+            spatial_beam.shift_mass(e, d, i, row, w)
+            if scale > 0.0:
+                spatial_beam.iteration_stiffness(e, d, i, scale, row, w)
+    for j in range(b):
+        for k in range(b):
+            w[j, 2 * b + k] += coupling[b + j, k]
+            w[b + j, 2 * b + k] += coupling[j, k]
+
+
+@kernel
+def hand_matrix(dofs, chain, work, n, z):
+    """Add what is left of link n, over (start node, A), to its parent's interface."""
+    if len(dofs) == 3:
+        hand_over_planar(chain, work, n, z)
+    else:
+        hand_over(chain, work, n, z)
 
 
 @kernel
@@ -191,7 +220,6 @@ def factorize(chain, work):
     link = chain.link
     index, dependency = chain.unknown, chain.dependency
     b = len(chain.dofs)
-    planar = b == 3
     w, d = work.front, work.node[DISPLACEMENT]
     size = 3 * b
     work.interface[:] = 0.0
@@ -213,28 +241,11 @@ def factorize(chain, work):
         for i in range(first + count, first, -1):
             m = link[n, FIRST_ELEMENT] + i - first - 1
             e = chain.element[m]
-            if planar:
-                planar_beam.inertia_coupling(e, d, i, work.coupling, w[6:9, 6:9])
-            else:
-                spatial_beam.inertia_coupling(e, d, i, work.coupling, w[12:18, 12:18], work.scratch)
+            element_terms(chain.dofs, e, d, i, work.scale[0], work.coupling, work.row[4], work.scratch, w)
             full = work.iteration[m]
             for j in range(2 * b):
                 for k in range(j, 2 * b):
                     w[j, k] += full[j, k]
-            for j in range(b):
-                for k in range(b):
-                    w[j, 2 * b + k] += work.coupling[b + j, k]
-                    w[b + j, 2 * b + k] += work.coupling[j, k]
-            if e[STIFFENING] > 0.0:
-                if planar:
-                    planar_beam.shift_mass(e, d, i, w)
-                else:
-                    spatial_beam.shift_mass(e, d, i, work.row[4], w)
-            if e[STIFFENING] > 0.0 and work.scale[0] > 0.0:
-                if planar:
-                    planar_beam.iteration_stiffness(e, d, i, work.scale[0], work.row[4], w)
-                else:
-                    spatial_beam.iteration_stiffness(e, d, i, work.scale[0], work.row[4], w)
             if link[n, BODIES] > 0:
                 add_bodies(chain, work, n, i, w, b)
             for p in range(b):
@@ -263,10 +274,7 @@ def factorize(chain, work):
         if not eliminate_joint(chain, work, n, z, b, phi_column, q_column):
             return n + 1
         if link[n, PARENT] >= 0:
-            if planar:
-                hand_over_planar(chain, work, n, z)
-            else:
-                hand_over(chain, work, n, z)
+            hand_matrix(chain.dofs, chain, work, n, z)
     return 0
 
 

@@ -3,7 +3,8 @@
 The nodal rows d of a link, in its body frame, are linear in the unknowns u (nodal displacements of the
 parent's end, turned by the joint; the link's own), d = T(q) u.  `place` writes d and the rotations,
 `nodal_rates` applies the linear map (T, dT/dq u) to any vector of rates, `gather` its transpose,
-`accelerate` adds what is quadratic in the rates.  Each picks the plane or space when it is compiled.
+`accelerate` adds what is quadratic in the rates.  Each is that of the plane or of space: `len(dofs)` of an
+argument is a constant to the compiler, which then leaves the other out.
 """
 
 from __future__ import annotations
@@ -25,7 +26,13 @@ def spatial_row(row, planar, r):
 @kernel
 def place(chain, work, x):
     """Frames and nodal displacements at the unknowns x."""
-    if len(chain.dofs) == 3:
+    place_in(chain.dofs, chain, work, x)
+
+
+@kernel
+def place_in(dofs, chain, work, x):
+    """`place`, in the plane or in space."""
+    if len(dofs) == 3:
         planar_kinematics.place(chain, work, x)
     else:
         spatial_kinematics.place(chain, work, x)
@@ -34,7 +41,13 @@ def place(chain, work, x):
 @kernel
 def nodal_rates(chain, work, y, rows):
     """Nodal rows of the unknowns' rates y, at the placed configuration."""
-    if len(chain.dofs) == 3:
+    nodal_rates_in(chain.dofs, chain, work, y, rows)
+
+
+@kernel
+def nodal_rates_in(dofs, chain, work, y, rows):
+    """`nodal_rates`, in the plane or in space."""
+    if len(dofs) == 3:
         planar_kinematics.nodal_rates(chain, work, y, rows, False, y)
     else:
         spatial_kinematics.nodal_rates(chain, work, y, rows, False, y)
@@ -43,7 +56,13 @@ def nodal_rates(chain, work, y, rows):
 @kernel
 def accelerate(chain, work, v, a):
     """Motion of frames and nodes at rates v and accelerations a of the unknowns."""
-    if len(chain.dofs) == 3:
+    accelerate_in(chain.dofs, chain, work, v, a)
+
+
+@kernel
+def accelerate_in(dofs, chain, work, v, a):
+    """`accelerate`, in the plane or in space."""
+    if len(dofs) == 3:
         planar_kinematics.accelerate(chain, work, v, a)
     else:
         spatial_kinematics.accelerate(chain, work, v, a)
@@ -52,7 +71,13 @@ def accelerate(chain, work, v, a):
 @kernel
 def gather(chain, work, out):
     """Add nodal forces and links' wrenches, through the transposed map, to the unknowns' forces."""
-    if len(chain.dofs) == 3:
+    gather_in(chain.dofs, chain, work, out)
+
+
+@kernel
+def gather_in(dofs, chain, work, out):
+    """`gather`, in the plane or in space."""
+    if len(dofs) == 3:
         planar_kinematics.gather(chain, work, out)
     else:
         spatial_kinematics.gather(chain, work, out)

@@ -26,6 +26,7 @@ from .beam import (
     STIFFENING,
     TORSION,
 )
+from .by_reference import by_reference
 from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
 from .effects import Decision, resolve_effects
 from .erls import beam_axes, erls_condition, rotation_x, zeroed_directions
@@ -388,6 +389,7 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
     at_chords = scene.erls.zeroed in ("chord", "auto") and not driven
     chain = Chain(
         dofs=tuple(dofs),
+        loops=(len(scene.loops),) if scene.loops else (),
         link=link_table,
         joint=joint_table,
         rotation=rotation,
@@ -407,8 +409,9 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         closing=closing,
         anchor=anchor,
     )
-    for array in chain[1:]:
+    for array in chain[2:]:
         array.setflags(write=False)
+    chain = by_reference(chain)
     model = Model(
         scene=scene,
         chain=chain,

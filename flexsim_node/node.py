@@ -71,9 +71,7 @@ class FlexsimNode(Node):
         self._joints = self.create_publisher(JointState, "joint_states", QUEUE)
         self._elastic = self.create_publisher(ElasticState, "~/elastic_state", QUEUE)
         self._shape = self.create_publisher(PointCloud2, "~/deformed_shape", QUEUE)
-        self._clocks = (
-            self.create_publisher(Clock, "/clock", QUEUE) if self.settings.publish_clock else None
-        )
+        self._clocks = self.create_publisher(Clock, "/clock", QUEUE) if self.settings.publish_clock else None
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
         self._sensors = self._sensor_outputs(robot)
         begun = time.monotonic()
@@ -165,9 +163,7 @@ class FlexsimNode(Node):
         listening = QoSProfile(depth=1000 if locked else 10, reliability=reliability)
         heard = [
             self.create_subscription(Float64MultiArray, "~/commands", self._on_commands, listening),
-            self.create_subscription(
-                JointState, "robot_joint_commands", self._on_joints, listening
-            ),
+            self.create_subscription(JointState, "robot_joint_commands", self._on_joints, listening),
         ]
         self.create_subscription(WrenchStamped, "~/wrench", self._on_wrench, listening)
         self._command_topics = [subscription.topic_name for subscription in heard]

@@ -85,9 +85,7 @@ def _joint(
     )
 
 
-def _connect(
-    joint: xml.Element, parent: str, child: str, place: np.ndarray, turn: np.ndarray
-) -> None:
+def _connect(joint: xml.Element, parent: str, child: str, place: np.ndarray, turn: np.ndarray) -> None:
     _origin(joint, place, turn)
     xml.SubElement(joint, "parent", link=parent)
     xml.SubElement(joint, "child", link=child)

@@ -40,6 +40,4 @@ def section(beam: Beam) -> Section:
     else:
         assert beam.area and beam.iy and beam.iz and beam.j
         area, iy, iz, j = beam.area, beam.iy, beam.iz, beam.j
-    return Section(
-        area, iy, iz, j, beam.shear_area_y or cowper * area, beam.shear_area_z or cowper * area
-    )
+    return Section(area, iy, iz, j, beam.shear_area_y or cowper * area, beam.shear_area_z or cowper * area)

@@ -59,9 +59,7 @@ class Settings:
 
 def meanings() -> dict[str, tuple[Any, str]]:
     """Default and meaning of every parameter by name, without the overrides."""
-    return {
-        f.name: (f.default, f.metadata["meaning"]) for f in fields(Settings) if f.name != "override"
-    }
+    return {f.name: (f.default, f.metadata["meaning"]) for f in fields(Settings) if f.name != "override"}
 
 
 def settings(given: Mapping[str, Any]) -> Settings:
@@ -97,11 +95,7 @@ def changed(given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in given.items():
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
-            hint = (
-                f"did you mean {near[0]}?"
-                if near
-                else f"there are {', '.join(known)}, {OVERRIDE}<key>"
-            )
+            hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}, {OVERRIDE}<key>"
             raise SettingError(f"unknown parameter {name}; {hint}")
         default = known[name][0]
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .acceleration import LOOP_OPEN, NOT_VALID, OK, REASONS, drive_joints
 from .assembly import Assembly
-from .binding import STEPPERS, bind
-from .chain import Workspace, workspace
+from .by_reference import by_reference
+from .chain import Robot, Workspace, workspace
 from .energy import energy
 from .faults import Faults, payload_scenes
 from .integrators import METHODS
+from .kernel import entry
 from .model import Model, build_model, is_planar
 from .observation import Observation
 from .scene import Scene, SceneError
@@ -44,9 +47,10 @@ class Simulation:
         planar: bool | None = None,
     ) -> None:
         self.held, self.planar = held, planar
-        self.step_size = scene.solver.step if step is None else step
+        self.step_size = float(scene.solver.step if step is None else step)
         self.method = scene.solver.method
-        self.advance = STEPPERS.get(self.method)
+        self.option = float(scene.solver.spectral_radius)
+        self.advance: Callable[..., int] | None = None
         self.limit = np.array([j.effort_limit or np.inf for j in scene.joints])
         m = len(scene.joints)
         self.torque, self.motion = np.zeros((3, m)), np.zeros((3, 3, m))
@@ -56,10 +60,9 @@ class Simulation:
         self.scene = scene = scene.model_copy(update={"effects": self._plants[0][1].scene.effects})
         n = self._plants[0][1].unknowns
         self.x, self.v, self._acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
-        self._bind()
+        self._tie()
         self.assembly = Assembly(self.model) if scene.loops else None
         self.singularity: Singularity | None = None
-        self.option = scene.solver.spectral_radius
         self.time = 0.0
         self.status = OK
         if scene.faults:
@@ -82,27 +85,30 @@ class Simulation:
             raise SceneError(f"{scene.name}: faults: a payload changes the robot's degrees of freedom")
         return built
 
-    def _bind(self) -> None:
+    def _tie(self) -> None:
         """Tie every model to the state, so that a change in flight only takes another set."""
         first = workspace(self._plants[0][1].chain)
         if hasattr(self, "work"):
             first.external[:], first.loaded[:] = self.work.external, self.work.loaded
-        self._bound_plants = []
+        self._robots = []
         for _, model in self._plants:
             # what acts from outside, and what was seen, are the same whatever the robot carries
-            work = workspace(model.chain)._replace(
-                external=first.external, loaded=first.loaded, validity=first.validity
+            work = workspace(
+                model.chain, external=first.external, loaded=first.loaded, validity=first.validity
             )
             for name in self.held:
                 work.held[model.joint_links[joint_index(self.scene, name)]] = True
-            bound = bind(model.chain, work, self.x, self.v, self.torque, self.motion)
+            robot = by_reference(Robot(model.chain, work, self.x, self.v, self.torque, self.motion))
             watch = ValidityWatch(model, first.validity)
-            self._bound_plants.append((model, work, bound, Observation(model), Sensors(model), watch))
+            self._robots.append((model, work, robot, Observation(model), Sensors(model), watch))
+        if self.method in METHODS:
+            # of one type, whatever they carry
+            self.advance = entry(METHODS[self.method].step, robot, self.step_size, self.option)
         self._take_plant(0)
 
     def _take_plant(self, k: int) -> None:
         self._plant = k
-        (self.model, self.work, self._bound, self.view, self.sensors, self.watch) = self._bound_plants[k]
+        (self.model, self.work, self.arrays, self.view, self.sensors, self.watch) = self._robots[k]
 
     def set_faults(self, scene: Scene) -> None:
         """Take the faults of a scene that is otherwise this one's; what is on its way is forgotten.
@@ -116,7 +122,7 @@ class Simulation:
         self._plants, self.scene = plants, scene
         steps = self.faults.step if self.faults else round(self.time / self.step_size)
         self.faults = Faults(scene, self.step_size, self.limit) if scene.faults else None
-        self._bind()
+        self._tie()
         if self.faults is not None:
             self.faults.begin(steps, self.torque[2])
             self._change_payload()
@@ -177,15 +183,7 @@ class Simulation:
         """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""
         start = getattr(METHODS.get(self.method), "start", None)
         if start is not None:
-            self.status = start(
-                self.model.chain,
-                self.work,
-                self.x,
-                self.v,
-                self.torque[0],
-                self.motion[0],
-                self.step_size,
-            )
+            self.status = start(self.arrays, self.step_size)
 
     def warm(self) -> None:
         """Compile (or load) everything a step needs, leaving the state as it is."""
@@ -193,7 +191,7 @@ class Simulation:
             return
         x, v, seen = self.x.copy(), self.v.copy(), self.work.validity.copy()
         time = self.time
-        self.status = self.advance(self._bound, self.step_size, self.option)
+        self.status = self.advance(self.arrays, self.step_size, self.option)
         self.sense()
         self.look()
         self.energy()
@@ -238,7 +236,7 @@ class Simulation:
             faults.drive(self.torque)
             if self._change_payload():
                 self.prepare()
-        self.status = self.advance(self._bound, self.step_size, self.option)
+        self.status = self.advance(self.arrays, self.step_size, self.option)
         if self.status == OK:
             self.time += self.step_size
             if self.singularity is not None:

@@ -44,7 +44,7 @@ class Adaptive:
         solver = model.scene.solver
         self.model, self.work, self.smooth = model, work, smooth
         self.torque, self.motion, self.load = torque, motion, load
-        self.loops = len(model.chain.closing) > 0
+        self.loops = len(model.chain.loops) > 0
         self.kind = SOLVERS[method]
         self.tolerances = {"rtol": solver.relative_tolerance, "atol": solver.absolute_tolerance}
         self.running: Radau | DOP853 | None = None
@@ -60,7 +60,7 @@ class Adaptive:
             a[:] = np.nan
         elif self.loops:
             # the motion of the closed state next to (x, v): errors off the loops' surface then do not grow
-            if not close(self.model.chain, self.work, x, v, np.zeros(n)):
+            if not close(self.model.chain.loops, self.model.chain, self.work, x, v, np.zeros(n)):
                 a[:] = np.nan
             drive_joints(self.model.chain, self.work, self.motion(t), x, v, a)
             acceleration(self.model.chain, self.work, x, v, self.torque(t), a)
@@ -90,7 +90,7 @@ class Adaptive:
         self.load(t + h)
         if acceleration(chain, work, end, rate, self.torque(t + h), np.zeros(n)) != OK:
             return NOT_CONVERGED
-        if self.loops and not close(chain, work, end, rate, np.zeros(n)):
+        if self.loops and not close(chain.loops, chain, work, end, rate, np.zeros(n)):
             return LOOP_OPEN
         if not finite(chain, end, rate):
             return NOT_FINITE

@@ -18,7 +18,7 @@ from ..acceleration import (
     finite,
 )
 from ..chain import BETA
-from ..closure import close, constrain, linearise
+from ..closure import close, keep_closed
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
 from ..kernel import kernel
@@ -30,19 +30,21 @@ SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no furt
 
 
 @kernel
-def start(chain, work, x, v, torque, motion, h):
+def start(robot, h):
     """Set the method's memory, the acceleration, from a state.  Returns a status."""
-    a = work.memory
-    drive_joints(chain, work, motion, x, v, a)
-    return acceleration(chain, work, x, v, torque, a)
+    chain, work, x, v, a = robot.chain, robot.work, robot.x, robot.v, robot.work.memory
+    drive_joints(chain, work, robot.motion[0], x, v, a)
+    return acceleration(chain, work, x, v, robot.torque[0], a)
 
 
 @kernel
-def step(chain, work, x, v, torque, motion, h, option):
-    """Advance x, v (n,) by h; torque (3, m) and motion (3, 3, m) at start, middle, end.  Returns a status.
+def step(robot, h, option):
+    """Advance a robot by h.  Returns a status.
 
     x, v and the memory stay as they are where the status is not OK.
     """
+    chain, work, x, v = robot.chain, robot.work, robot.x, robot.v
+    torque, motion = robot.torque, robot.motion
     a = work.memory
     rhs, da, an = work.vector[0], work.vector[1], work.vector[2]
     xm, vm, am, xe, ve = work.vector[3:8]
@@ -74,9 +76,7 @@ def step(chain, work, x, v, torque, motion, h, option):
         if factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)
-        if chain.closing.shape[0] > 0:
-            linearise(chain, work, vm)
-            constrain(chain, work, da, 1.0)
+        keep_closed(chain.loops, chain, work, vm, da, 1.0)
         size = 0.0
         for i in range(n):
             da[i] /= 1.0 - m
@@ -95,7 +95,7 @@ def step(chain, work, x, v, torque, motion, h, option):
     drive_joints(chain, work, motion[2], xe, ve, an)
     if not finite(chain, xe, ve):
         return NOT_FINITE
-    if chain.closing.shape[0] > 0 and not close(chain, work, xe, ve, rhs):
+    if not close(chain.loops, chain, work, xe, ve, rhs):
         return LOOP_OPEN
     if not valid(chain, work):
         return NOT_VALID

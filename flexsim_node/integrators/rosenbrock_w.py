@@ -39,7 +39,7 @@ from ..acceleration import (
     finite,
 )
 from ..chain import ALPHA, BETA, COORDINATES, KEEP
-from ..closure import close, constrain, linearise
+from ..closure import close, keep_closed
 from ..dynamics import residual
 from ..factorization import factorize, set_scale, solve
 from ..kernel import kernel
@@ -78,13 +78,7 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh):
         if (fresh or k > 0) and factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)
-        if chain.closing.shape[0] > 0:
-            linearise(chain, work, v)
-            for i in range(m, x.size):
-                da[i] *= damped
-            constrain(chain, work, da, damped)
-            for i in range(m, x.size):
-                da[i] /= damped
+        keep_closed(chain.loops, chain, work, v, da, damped)
         size = 0.0
         for i in range(x.size):
             # alpha M acts on the elastic rates alone: the same matrix with the elastic columns scaled
@@ -102,11 +96,12 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh):
 
 
 @kernel
-def start(chain, work, x, v, torque, motion, h):
+def start(robot, h):
     """Set what the method keeps from step to step, the acceleration.  Returns a status.
 
     It is that of a first stage: the true one swings with the highest frequencies after a jump of torque.
     """
+    chain, work, x, v = robot.chain, robot.work, robot.x, robot.v
     x1, v1, a = work.vector[3], work.vector[4], work.memory
     gh = GAMMA * h
     choose_matrix(chain, work, h)
@@ -114,15 +109,17 @@ def start(chain, work, x, v, torque, motion, h):
         a[i] = 0.0
         v1[i] = v[i]
         x1[i] = x[i] + gh * v[i]
-    return stage(chain, work, x1, v1, torque, motion, gh, a, True)
+    return stage(chain, work, x1, v1, robot.torque[0], robot.motion[0], gh, a, True)
 
 
 @kernel
-def step(chain, work, x, v, torque, motion, h, option):
-    """Advance x, v (n,) by h; torque (3, m) and motion (3, 3, m) at start, middle, end.  Returns a status.
+def step(robot, h, option):
+    """Advance a robot by h.  Returns a status.
 
     x, v and the memory stay as they are where the status is not OK.
     """
+    chain, work, x, v = robot.chain, robot.work, robot.x, robot.v
+    torque, motion = robot.torque, robot.motion
     x1, v1, x2, v2, a = work.vector[3], work.vector[4], work.vector[5], work.vector[6], work.vector[7]
     n = x.size
     gh, rest = GAMMA * h, (1.0 - GAMMA) * h
@@ -147,7 +144,7 @@ def step(chain, work, x, v, torque, motion, h, option):
     drive_joints(chain, work, motion[2], x2, v2, a)
     if not finite(chain, x2, v2):
         return NOT_FINITE
-    if chain.closing.shape[0] > 0 and not close(chain, work, x2, v2, work.vector[1]):
+    if not close(chain.loops, chain, work, x2, v2, work.vector[1]):
         return LOOP_OPEN
     if not valid(chain, work):
         return NOT_VALID

@@ -11,11 +11,13 @@ ORDER = 4
 
 
 @kernel
-def step(chain, work, x, v, torque, motion, h, option):
-    """Advance x, v (n,) by h; torque (3, m) and motion (3, 3, m) at start, middle, end.  Returns a status.
+def step(robot, h, option):
+    """Advance a robot by h.  Returns a status.
 
     x and v stay as they are where the status is not OK.
     """
+    chain, work, x, v = robot.chain, robot.work, robot.x, robot.v
+    torque, motion = robot.torque, robot.motion
     x2, v2, k = work.vector[0], work.vector[1], work.vector[2]
     dx, dv = work.vector[3], work.vector[4]
     n = x.size
@@ -38,7 +40,7 @@ def step(chain, work, x, v, torque, motion, h, option):
     drive_joints(chain, work, motion[2], x2, v2, k)
     if not finite(chain, x2, v2):
         return NOT_FINITE
-    if chain.closing.shape[0] > 0 and not close(chain, work, x2, v2, work.vector[7]):
+    if not close(chain.loops, chain, work, x2, v2, work.vector[7]):
         return LOOP_OPEN
     if not valid(chain, work):
         return NOT_VALID
