@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .simulate import setting
+from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
 
 if TYPE_CHECKING:
@@ -195,27 +195,6 @@ def fit_door(
             click.echo(f"report: {report}")
     if run is not None and not run.status.ok:
         raise click.ClickException(run.status.reason)
-
-
-class Progress:
-    """One line on a terminal that says how far the work is; nothing elsewhere."""
-
-    PERIOD = 0.2
-
-    def __init__(self) -> None:
-        self._shown = 0.0
-
-    def show(self, line: str) -> None:
-        """Say how far it is, a few times a second."""
-        now = time.monotonic()
-        if sys.stderr.isatty() and now - self._shown >= self.PERIOD:
-            print(f"\r\x1b[K{line}", end="", file=sys.stderr, flush=True)
-            self._shown = now
-
-    def clear(self) -> None:
-        """Leave the line empty for what comes next."""
-        if self._shown:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def check_targets(report: str | None, save: str | None) -> None:
