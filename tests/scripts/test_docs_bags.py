@@ -26,7 +26,7 @@ def test_commands(recorded: Recorded, tmp_path: Path) -> None:
     once_more = [words for words in lines if "again" in words or "again.npz" in words]
     assert [words[1] for words in once_more] == ["play", "compare", "simulate"]
     lines = [words for words in lines if words not in once_more]
-    assert len(lines) == 8
+    assert len(lines) == 9
     for number, (program, verb, *words) in enumerate(lines):
         assert program == "flexsim"
         if verb == "record":  # elsewhere, and not for as long

@@ -1,0 +1,87 @@
+"""Plots as inline SVG: no file beside the page, and nothing that a browser would fetch."""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..figures.style import LINES, styled
+
+Array = NDArray[np.float64]
+SIZE = (9.0, 2.9)
+# A line is drawn with so many points: what lies between them is kept by its least and largest.
+POINTS = 1200
+HASH_SALT = "flexsim"
+
+
+def thin(time: Array, values: Array) -> tuple[Array, Array]:
+    """Return a line (K,) with at most 2 POINTS points that looks the same: of each piece its extremes."""
+    if len(time) <= 2 * POINTS:
+        return time, values
+    edges = np.linspace(0, len(time), POINTS + 1).astype(int)
+    keep: list[int] = [0]
+    for a, b in pairwise(edges):
+        piece = values[a:b]
+        if np.isfinite(piece).any():
+            keep += sorted({a + int(np.nanargmin(piece)), a + int(np.nanargmax(piece))})
+        else:
+            keep.append(int(a))
+    keep.append(len(time) - 1)
+    some = np.unique(keep)
+    return time[some], values[some]
+
+
+def plot(axes: Any, time: Array, values: Array, **style: Any) -> None:
+    """Draw a line, thinned."""
+    axes.plot(*thin(time, values), **style)
+
+
+def lines(axes: Any, time: Array, values: Array, names: Sequence[str], **style: Any) -> None:
+    """Draw the columns (K, d), each in its colour."""
+    for k, name in enumerate(names):
+        plot(axes, time, values[:, k], **{"label": name, "color": LINES[k % len(LINES)], **style})
+
+
+def svg(draw: Callable[[Any], None], title: str, size: tuple[float, float] = SIZE) -> str:
+    """Return a picture that `draw` draws on axes, as an <svg> element."""
+    with styled() as pyplot:
+        pyplot.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": HASH_SALT + title})
+        figure, axes = pyplot.subplots(figsize=size, layout="constrained")
+        draw(axes)
+        labels = axes.get_legend_handles_labels()[1]
+        if labels:
+            columns = 1 if len(labels) <= 10 else 2
+            axes.legend(fontsize=8, ncols=columns, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        out = io.StringIO()
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        figure.savefig(out, format="svg", metadata=nothing)
+        pyplot.close(figure)
+    return inline(out.getvalue(), title)
+
+
+def curves(
+    title: str, time: Array, values: Array, names: Sequence[str], xlabel: str, ylabel: str, **style: Any
+) -> str:
+    """Return a picture of lines (K, d) over time."""
+
+    def draw(axes: Any) -> None:
+        lines(axes, time, values, names, **style)
+        axes.set(xlabel=xlabel, ylabel=ylabel)
+
+    return svg(draw, title)
+
+
+def inline(text: str, title: str) -> str:
+    """Return an SVG file as an element of a page: without namespaces, which look like addresses."""
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text).replace("xlink:href", "href")
+    label = html.escape(title, quote=True)
+    return re.sub(r"<svg ", f'<svg role="img" aria-label="{label}" ', text, count=1)

@@ -1,0 +1,275 @@
+"""Modes of a structure from its free decay: frequencies and damping ratios from a ring-down.
+
+A free decay is a sum of damped sines, the same in every direction but for amplitude and phase:
+
+    y(t) = sum_k a_k exp(-sigma_k t) cos(omega_k t + phi_k) + c,   zeta_k = sigma_k / |sigma_k + i omega_k|
+
+The matrix pencil on the singular vectors of the Hankel matrix gives all poles at once (Hua and Sarkar
+1990, IEEE Trans. Acoust. Speech Signal Process. 38, 814-824), so that neighbouring modes do not spoil each
+other as they do in a logarithmic decrement. Before, the signal is low-passed and thinned by an FIR filter
+that lies wholly within the decay: that scales each damped sine and leaves its pole as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import firwin
+
+Array = NDArray[np.float64]
+
+ORDERS = (3, 5, 7, 9, 11, 13, 15, 17)  # poles: pairs, and one for what does not swing
+SAMPLES = 700  # that are looked at, at most
+OVERSAMPLED = 6.0  # samples a period of the fastest vibration that counts
+SMALL = 0.02  # part of the largest amplitude below which a vibration does not count
+EXPLAINED = 0.98  # least share of a decay's power that its modes must account for
+GOOD = 0.995  # share from which a decay need not begin later
+STABLE = (0.01, 0.25)  # a mode is one where two orders agree so well in frequency, and in damping
+MOST_DAMPED = 0.5
+LEAST_PERIODS = 3.0
+LEAST_SIZE = 0.05  # part of the largest vibration that a decay begins with
+MOST_CANDIDATES = 6
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode: Hz, damping ratio, amplitude at the decay's beginning in the signal's unit.
+
+    spread : of the damping ratio over parts of the decay and orders of the model; half of its range
+    """
+
+    frequency: float
+    damping: float
+    amplitude: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class RingDown:
+    """A free decay: from when to when, s, its modes by falling amplitude, and the share that they explain."""
+
+    begin: float
+    end: float
+    modes: tuple[Mode, ...]
+    explained: float
+
+
+def poles(signal: Array, period: float, order: int) -> tuple[NDArray[np.complex128], Array, float]:
+    """Fit K samples (K, d) of a free decay.
+
+    Returns
+    -------
+    exponents (p,), 1/s; amplitudes (p,), of all d directions together; share of the power explained
+    """
+    samples, directions = signal.shape
+    rows = samples // 3
+    blocks = [np.lib.stride_tricks.sliding_window_view(signal[:, d], rows).T for d in range(directions)]
+    hankel = np.concatenate(blocks, axis=1)
+    # The left singular vectors; of the square matrix they are cheaper and as good at these orders.
+    _, u = np.linalg.eigh(hankel @ hankel.T)
+    u = u[:, ::-1][:, : min(order, rows - 1)]
+    roots: NDArray[np.complex128] = np.linalg.eigvals(np.linalg.lstsq(u[:-1], u[1:], rcond=None)[0]).astype(
+        complex
+    )
+    roots = roots[np.abs(roots) > 1e-6]
+    # What grows is no decay; a root a little outside of the circle is one of no damping, with noise.
+    roots = roots[np.abs(roots) < 1.0 + 2.0 / samples]
+    if not len(roots):
+        return np.empty(0, np.complex128), np.empty(0), 0.0
+    exponents = np.asarray(np.log(roots) / period, dtype=np.complex128)
+    parts = np.exp(np.outer(np.arange(samples) * period, exponents))
+    weights = np.linalg.lstsq(parts, signal.astype(complex), rcond=None)[0]
+    left = signal - (parts @ weights).real
+    swing = signal - signal.mean(axis=0)
+    power = float(np.sum(swing**2))
+    explained = 1.0 - float(np.sum(left**2)) / power if power > 0.0 else 0.0
+    return exponents, 2.0 * np.linalg.norm(weights, axis=1), explained
+
+
+def thinned(signal: Array, period: float, fastest: float) -> tuple[Array, float, int]:
+    """Low-pass and thin a decay; the signal, its period, and the samples that were lost at its beginning."""
+    step = int(1.0 / (period * OVERSAMPLED * fastest))
+    step = max(1, min(step, len(signal) // 60))
+    if step == 1:
+        return signal, period, 0
+    taps = firwin(4 * step + 1, 0.8 / step)
+    kept = np.stack([np.convolve(column, taps, mode="valid") for column in signal.T], axis=1)
+    return kept[::step], step * period, 2 * step
+
+
+def fastest_of(signal: Array, period: float) -> float:
+    """Return the highest frequency that has a part in a signal, Hz."""
+    window = np.hanning(len(signal))[:, None]
+    lines = np.linalg.norm(np.fft.rfft((signal - signal.mean(axis=0)) * window, axis=0), axis=1)
+    frequency = np.fft.rfftfreq(len(signal), period)
+    lines[frequency * period * len(signal) < 2.0] = 0.0  # what drifts
+    return float(frequency[np.flatnonzero(lines >= SMALL * lines.max())[-1]])
+
+
+def identify(signal: Array, period: float) -> tuple[tuple[Mode, ...], float]:
+    """Return the modes of a free decay (K, d), by falling amplitude, and the share of it they explain.
+
+    `period` is that between samples, s. A mode is what several orders of the model, and the decay's parts,
+    agree on.
+    """
+    if len(signal) < 60 or not np.isfinite(signal).all() or not np.ptp(signal, axis=0).any():
+        return (), 0.0
+    fastest = fastest_of(signal, period)
+    decay, dt, _ = thinned(signal, period, fastest)
+    decay = decay[:SAMPLES]
+    decay = decay - decay.mean(axis=0)
+    fits = [poles(decay, dt, order) for order in ORDERS if order < len(decay) // 4]
+    if not fits:
+        return (), 0.0
+    # The smallest model that leaves hardly more than the largest does.
+    best = max(share for _, _, share in fits)
+    chosen = next(n for n, fit in enumerate(fits) if 1.0 - fit[2] <= 1.5 * (1.0 - best) + 1e-6)
+    exponents, amplitudes, share = fits[chosen]
+    others = [*fits[chosen + 1 : chosen + 3], *fits[max(0, chosen - 1) : chosen]]
+    order = ORDERS[chosen]
+    half = len(decay) // 4
+    parts = [poles(decay[:-half], dt, order), poles(decay[half:], dt, order)]
+    lowest = 1.0 / (dt * len(decay))
+    swings = exponents.imag > 2.0 * np.pi * lowest
+    largest = float(amplitudes[swings].max()) if swings.any() else 0.0
+    modes = []
+    for exponent, amplitude in zip(exponents, amplitudes, strict=True):
+        frequency, damping = abs(exponent) / (2.0 * np.pi), -exponent.real / abs(exponent)
+        if exponent.imag <= 0.0 or amplitude < SMALL * largest or not lowest < frequency < 0.45 / dt:
+            continue
+        if not -0.01 < damping < MOST_DAMPED:
+            continue
+        known = [nearest(frequency, fit[0]) for fit in others]
+        agreed = [d for f, d in known if abs(f - frequency) <= STABLE[0] * frequency]
+        if others and not any(abs(d - damping) <= STABLE[1] * abs(damping) + 1e-4 for d in agreed):
+            continue
+        seen = [damping, *agreed]
+        seen += [d for f, d in (nearest(frequency, fit[0]) for fit in parts)
+                 if abs(f - frequency) <= STABLE[0] * frequency]  # fmt: skip
+        spread = 0.5 * float(max(seen) - min(seen))
+        modes.append(Mode(float(frequency), float(damping), float(amplitude), spread))
+    return tuple(sorted(modes, key=lambda m: -m.amplitude)), share
+
+
+def nearest(frequency: float, exponents: NDArray[np.complex128]) -> tuple[float, float]:
+    """Return frequency and damping ratio of the pole nearest to a frequency."""
+    upper = exponents[exponents.imag > 0.0]
+    if not len(upper):
+        return 0.0, 0.0
+    near = upper[np.argmin(np.abs(np.abs(upper) / (2.0 * np.pi) - frequency))]
+    return float(abs(near) / (2.0 * np.pi)), float(-near.real / abs(near))
+
+
+def envelope(signal: Array, width: int) -> Array:
+    """Return the root mean square (K,) of what swings within `width` samples around each."""
+    width = max(3, min(width, len(signal)))
+    box = np.ones(width) / width
+    # At the ends the mean is that of the samples that are there.
+    weight = np.convolve(np.ones(len(signal)), box, mode="same")
+
+    def mean(values: Array) -> Array:
+        return np.asarray(np.convolve(values, box, mode="same")) / weight
+
+    power = np.zeros(len(signal))
+    for column in signal.T:
+        centred = column - column.mean()
+        power += mean(centred**2) - mean(centred) ** 2
+    return np.asarray(np.sqrt(np.maximum(power, 0.0)))
+
+
+def strongest_frequency(signal: Array, period: float) -> float | None:
+    """Return the frequency of the highest line of a signal (K, d) without its drift, Hz."""
+    samples = len(signal)
+    if samples < 64:
+        return None
+    x = np.linspace(-1.0, 1.0, samples)
+    basis = np.vander(x, 4)
+    flat = signal - basis @ np.linalg.lstsq(basis, signal, rcond=None)[0]
+    lines = np.linalg.norm(np.fft.rfft(flat * np.hanning(samples)[:, None], axis=0), axis=1)
+    lines[:3] = 0.0
+    peak = int(np.argmax(lines))
+    return peak / (samples * period) if lines[peak] > 0.0 else None
+
+
+def candidates(signal: Array, period: float, moved: NDArray[np.bool_] | None) -> list[tuple[int, int]]:
+    """Return windows (begin, end) in which a signal dies away, the most promising first.
+
+    moved : ndarray (K,) or None
+        Where the robot is known to be driven along its way; a decay does not go through it.
+    """
+    # Of the fluctuation within a second, so that a slow motion does not hide the vibration.
+    second = max(8, round(1.0 / period))
+    slow = np.stack([np.convolve(c, np.ones(second) / second, mode="same") for c in signal.T], axis=1)
+    swing = signal - slow
+    if moved is not None:
+        swing[moved] = 0.0
+    frequency = strongest_frequency(swing, period)
+    if frequency is None or frequency <= 0.0:
+        return []
+    width = max(4, round(2.0 / (frequency * period)))
+    size = envelope(signal, width)
+    if moved is not None:
+        size = np.where(moved, 0.0, size)
+    found = []
+    free = np.ones(len(signal), bool)
+    floor = float(np.quantile(size[size > 0.0], 0.05)) if (size > 0.0).any() else 0.0
+    for _ in range(MOST_CANDIDATES):
+        left = np.where(free, size, 0.0)
+        begin = int(np.argmax(left))
+        if left[begin] <= LEAST_SIZE * size.max() or left[begin] <= 0.0:
+            break
+        end, least = begin, left[begin]
+        # Where there is nothing but noise there is nothing to learn.
+        last = max(0.003 * left[begin], 2.0 * floor if left[begin] > 10.0 * floor else 0.0)
+        while end < len(signal) and free[end] and (moved is None or not moved[end]):
+            # Two near modes beat: what rises again somewhat is still the same decay.
+            if size[end] > 2.0 * least and size[end] > 0.1 * left[begin]:
+                break
+            least = min(least, size[end])
+            if size[end] < last:
+                break
+            end += 1
+        before = max(0, begin - width)
+        free[before : max(end, begin + width)] = False
+        if (end - begin) * period * frequency >= LEAST_PERIODS:
+            found.append((begin, end))
+    return found
+
+
+def ring_downs(
+    time: Array, signal: Array, moved: NDArray[np.bool_] | None = None, most: int = 3
+) -> list[RingDown]:
+    """Find the free decays in a motion, and their modes; the largest first.
+
+    Parameters
+    ----------
+    time : ndarray (K,), s, evenly spaced
+    signal : ndarray (K, d)
+    moved : ndarray (K,) of bool or None
+        Where something is known to drive the robot along its way.
+    most : int
+        So many are looked for.
+    """
+    found: list[RingDown] = []
+    if len(time) < 100:
+        return found
+    period = float((time[-1] - time[0]) / (len(time) - 1))
+    for begin, end in candidates(signal, period, moved):
+        tried: list[RingDown] = []
+        for part in (0.0, 0.08, 0.16, 0.25, 0.4):
+            first = begin + round(part * (end - begin))
+            modes, explained = identify(signal[first:end], period)
+            if modes and (end - first) * period * modes[0].frequency >= LEAST_PERIODS:
+                last = min(end, len(time)) - 1
+                tried.append(RingDown(float(time[first]), float(time[last]), modes, explained))
+                if explained >= GOOD:
+                    break
+        if tried:
+            best = max(tried, key=lambda r: r.explained)
+            if best.explained >= EXPLAINED:
+                found.append(best)
+        if len(found) == most:
+            break
+    return found

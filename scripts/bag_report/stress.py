@@ -1,0 +1,206 @@
+"""Stress along the links, from elastic states and the sections of the scene.
+
+At the ends of each element its strains follow from its nodes (flexsim_node/beam.py): extension with, under
+the effect `centrifugal`, the mean of half the squared slope; the curvatures of its cubics; its twist. Of a
+section's points the worst is taken: normal stress where both bendings and the axial force add up, and with
+it, by von Mises, the largest shear of torsion, which in a rectangle lies elsewhere on its rim: so the stress
+is never less than what the section bears. Shear of transverse forces, small in slender links, is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsim_node import Scene
+from flexsim_node.erls import beam_axes
+from flexsim_node.schema import Beam, Link
+from flexsim_node.section import section
+
+from ..bag import Bag, BagError
+from .motion import SECOND, STAMP, Layout
+
+Array = NDArray[np.float64]
+FIELDS = ["displacement", "rigid_position", *STAMP]
+PARTS = ("axial", "bending", "torsion")
+
+
+@dataclass(frozen=True)
+class LinkStress:
+    """The largest stress that a link bore.
+
+    Attributes
+    ----------
+    peak : Pa, von Mises; at, s, simulated; where, m from the link's start
+    parts : Pa, normal stress of the axial force and of bending, and shear of torsion, there and then
+    place : (P,) m from the link's start; most : (P,) Pa, the largest there over time
+    assumed : the section was given by constants, so a rectangle with the same second moments is taken
+    """
+
+    link: str
+    peak: float
+    at: float
+    where: float
+    parts: tuple[float, float, float]
+    place: Array
+    most: Array
+    assumed: bool
+
+
+def outer(beam: Beam) -> tuple[float, float, bool]:
+    """Return half the width and half the depth of a section, m, and whether they are assumed."""
+    if beam.width is not None and beam.depth is not None:
+        return beam.width / 2.0, beam.depth / 2.0, False
+    s = section(beam)
+    # A rectangle a x b with a b^3 / 12 = iy, b a^3 / 12 = iz.
+    width = (144.0 * s.iz**3 / s.iy) ** 0.125
+    depth = (144.0 * s.iy**3 / s.iz) ** 0.125
+    return width / 2.0, depth / 2.0, True
+
+
+def largest_twist_shear(width: float, depth: float) -> float:
+    """Return the largest shear stress of a twisted rectangle over shear modulus times twist, m.
+
+    Timoshenko and Goodier, Theory of Elasticity, 109.
+    """
+    a, b = max(width, depth), min(width, depth)
+    n = np.arange(1, 40, 2)
+    return float(b * (1.0 - 8.0 / np.pi**2 * np.sum(1.0 / (n**2 * np.cosh(0.5 * n * np.pi * a / b)))))
+
+
+class LinkStrain:
+    """The stress of one link's sections, from its nodes' displacements.
+
+    Parameters
+    ----------
+    link : Link, with a beam
+    nodes : ndarray (n,), places of its nodes among the robot's
+    length : ndarray (n - 1,), m, of its elements
+    shear, stiffening : whether these effects are on
+    """
+
+    def __init__(self, link: Link, nodes: NDArray[np.int64], length: Array, shear: bool, stiffening: bool):
+        assert link.beam is not None
+        beam = link.beam
+        self.link, self.nodes, self.length, self.stiffening = link, nodes, length, stiffening
+        self.axes, _ = beam_axes(link)
+        self.modulus = beam.youngs_modulus
+        self.shear_modulus = beam.youngs_modulus / (2.0 * (1.0 + beam.poissons_ratio))
+        s = section(beam)
+        self.half_width, self.half_depth, self.assumed = outer(beam)
+        self.twist_arm = largest_twist_shear(2.0 * self.half_width, 2.0 * self.half_depth)
+        kind = 12.0 * beam.youngs_modulus / (self.shear_modulus * length**2)
+        self.give_z = kind * s.iz / s.shear_area_y if shear else np.zeros_like(length)
+        self.give_y = kind * s.iy / s.shear_area_z if shear else np.zeros_like(length)
+        start = np.concatenate([[0.0], np.cumsum(length)])
+        self.place = np.stack([start[:-1], start[1:]], axis=1).ravel()
+
+    def __call__(self, displacement: Array) -> tuple[Array, Array, Array]:
+        """Return normal stress of axial force and of bending, and shear of torsion, (K, P), Pa.
+
+        displacement (K, N, 6) in the link's frame; P places, the two ends of each element.
+        """
+        own = displacement[:, self.nodes]
+        moved, turned = own[:, :, :3] @ self.axes, own[:, :, 3:] @ self.axes
+        first, second = slice(None, -1), slice(1, None)
+        stretch = (moved[:, second, 0] - moved[:, first, 0]) / self.length
+        # Bending in x-y: slope is the turn about z; in x-z: minus the turn about y.
+        kappa_z, slope_z = self._bending(moved[:, :, 1], turned[:, :, 2], self.give_z)
+        kappa_y, slope_y = self._bending(moved[:, :, 2], -turned[:, :, 1], self.give_y)
+        if self.stiffening:
+            stretch = stretch + 0.5 * (slope_z + slope_y)
+        twist = (turned[:, second, 0] - turned[:, first, 0]) / self.length
+        axial = self.modulus * np.abs(np.repeat(stretch, 2, axis=1))
+        bending = self.modulus * (self.half_width * np.abs(kappa_z) + self.half_depth * np.abs(kappa_y))
+        torsion = self.shear_modulus * self.twist_arm * np.abs(np.repeat(twist, 2, axis=1))
+        return axial, bending, torsion
+
+    def _bending(self, w: Array, turn: Array, give: Array) -> tuple[Array, Array]:
+        """Return curvatures at both ends of each element (K, 2 E) and means of the squared slope (K, E)."""
+        t1, t2, length = turn[:, :-1], turn[:, 1:], self.length
+        rise = w[:, 1:] - w[:, :-1]
+        stiff = 1.0 / (1.0 + give)  # with shear, only this part of the difference bends the element
+        off = rise / length - 0.5 * (t1 + t2)
+        mean, end = (t2 - t1) / length, 6.0 * stiff * off / length
+        kappa = np.stack([mean + end, mean - end], axis=2).reshape(len(w), -1)
+        # The cubic's slopes at its ends, times the length.
+        give_way = (1.0 - stiff) * length * off
+        h1, h2 = length * t1 + give_way, length * t2 + give_way
+        square = 36.0 * rise**2 - 6.0 * rise * (h1 + h2) + 4.0 * (h1**2 + h2**2) - 2.0 * h1 * h2
+        return kappa, square / (30.0 * length**2)
+
+
+def of_links(scene: Scene, layout: Layout, rigid_position: Array) -> list[LinkStrain]:
+    """Return what gives the stress of each flexible link of a scene; rigid_position (N, 3) of any state.
+
+    Raises
+    ------
+    ValueError
+        The scene is not that of the layout.
+    """
+    if [link.name for link in scene.links] != list(layout.link_names):
+        raise ValueError(
+            f"the scene has the links {', '.join(link.name for link in scene.links)}; the bag has "
+            f"{', '.join(layout.link_names)}"
+        )
+    found = []
+    for n, link in enumerate(scene.links):
+        nodes = np.flatnonzero(layout.node_link == n)
+        if link.beam is None or not link.flexible or len(nodes) < 2:
+            continue
+        length = np.linalg.norm(np.diff(rigid_position[nodes], axis=0), axis=1)
+        if abs(float(length.sum()) - link.length) > 1e-6 * link.length + 1e-9:
+            raise ValueError(
+                f"{link.name} is {link.length:g} m long in the scene, {float(length.sum()):g} m in the bag"
+            )
+        effects = scene.effects
+        found.append(LinkStrain(link, nodes, length, effects.shear is True, bool(effects.centrifugal)))
+    return found
+
+
+def stresses(
+    bag: Bag,
+    topic: str,
+    scene: Scene,
+    layout: Layout,
+    period: float = 0.0,
+    progress: Callable[[int], None] = lambda _: None,
+) -> list[LinkStress]:
+    """Return the largest stresses of each flexible link over a bag.
+
+    Raises
+    ------
+    ValueError
+        The scene is not that of the bag.
+    """
+    links: list[LinkStrain] | None = None
+    best: list[tuple[float, float, float, tuple[float, float, float]]] = []
+    most: list[Array] = []
+    read = 0
+    for _, columns in bag.batches(topic, FIELDS, period=period):
+        displacement = np.asarray(columns["displacement"], dtype=float)
+        if displacement.shape[1] != 6 * layout.nodes:
+            raise BagError(f"{bag.path}: {topic} does not fit its layout")
+        displacement = displacement.reshape(len(displacement), -1, 6)
+        if links is None:
+            links = of_links(scene, layout, columns["rigid_position"][0].reshape(-1, 3))
+            best = [(-1.0, 0.0, 0.0, (0.0, 0.0, 0.0))] * len(links)
+            most = [np.zeros(len(link.place)) for link in links]
+        time = columns[STAMP[0]] + columns[STAMP[1]] / SECOND
+        for n, link in enumerate(links):
+            axial, bending, torsion = link(displacement)
+            mises = np.sqrt((axial + bending) ** 2 + 3.0 * torsion**2)
+            k, p = np.unravel_index(np.nanargmax(mises), mises.shape)
+            most[n] = np.maximum(most[n], np.nanmax(mises, axis=0))
+            if mises[k, p] > best[n][0]:
+                parts = (float(axial[k, p]), float(bending[k, p]), float(torsion[k, p]))
+                best[n] = (float(mises[k, p]), float(time[k]), float(link.place[p]), parts)
+        read += len(displacement)
+        progress(read)
+    return [
+        LinkStress(link.link.name, *best[n], link.place, most[n], link.assumed)
+        for n, link in enumerate(links or [])
+    ]
