@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from pathlib import Path
 
@@ -19,17 +20,19 @@ APPLICATION = "flexsim"
 @click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.rrd",
               help="Write a rerun recording instead of opening a viewer.")  # fmt: skip
 @click.option("--serve", is_flag=True, help="Serve a viewer elsewhere on this host instead.")
+@click.option("--web", is_flag=True, help="Serve a web page on this host that shows it in a browser.")
 @click.option("--scale", type=click.FloatRange(0.0),
               help="Factor on displacements; else 20 for a robot, 5 for a door.")  # fmt: skip
 @click.option("--rate", type=click.FloatRange(1.0, 1000.0), default=60.0, show_default=True,
               metavar="HZ", help="Frames a second of the 3-D view.")  # fmt: skip
 @click.option("-d", "--duration", type=click.FloatRange(0.0, min_open=True), metavar="SECONDS",
-              help="Live: stop after this time; else Ctrl-C stops.")  # fmt: skip
+              help="Live, or served: stop after this time; else Ctrl-C stops.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     source: str,
     save: str | None,
     serve: bool,
+    web: bool,
     scale: float | None,
     rate: float,
     duration: float | None,
@@ -43,29 +46,31 @@ def command(
     \b
     Example:
       flexsim view run --save run.rrd --scale 20
+      flexsim view run --web
       flexsim view config/anthropomorphic.yaml
     """
-    if save and serve:
-        raise click.UsageError("Give either --save or --serve, not both.")
+    if bool(save) + serve + web > 1:
+        raise click.UsageError("Give one of --save, --serve and --web.")
     path = Path(source)
     if not path.exists():
         raise click.ClickException(f"{source} does not exist")
     live = path.is_file() and path.suffix in (".yaml", ".yml")
-    if not (save or serve or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if not (save or serve or web or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise click.ClickException(
             "there is no display to show a viewer on; --save FILE.rrd writes a recording, "
-            "--serve serves one on this host"
+            "--web serves a page for a browser, --serve serves a viewer elsewhere on this host"
         )
     if live:
-        view_live(path, save, serve, scale, rate, duration, as_json)
+        view_live(path, save, serve, web, scale, rate, duration, as_json)
     else:
-        view_bag(path, save, serve, scale, rate, duration, as_json)
+        view_bag(path, save, serve, web, scale, rate, duration, as_json)
 
 
 def view_bag(
     path: Path,
     save: str | None,
     serve: bool,
+    web: bool,
     scale: float | None,
     rate: float,
     duration: float | None,
@@ -83,13 +88,14 @@ def view_bag(
     from .rerun_view.bag import show
 
     recording = rr.RecordingStream(APPLICATION)
-    target = viewer.attach(recording, save=save, serve=serve)
+    target = viewer.attach(recording, save=save, serve=serve, web=web)
     try:
         shown = show(bag, recording, scale=scale, rate=rate)
-    except ValueError:
+        recording.flush()
+    except BaseException:
         target.discard()
+        target.close()
         raise
-    recording.flush()
     if not bag.complete:
         click.echo(f"{path} is damaged or has no end; shown is what could be read", err=True)
     elapsed = time.monotonic() - begun
@@ -97,6 +103,7 @@ def view_bag(
         "bag": str(path),
         "recording": save,
         "serving": target.address,
+        "page": target.page,
         "bytes": Path(save).stat().st_size if save else None,
         "duration": bag.duration,
         "conversion_time": round(elapsed, 3),
@@ -113,15 +120,21 @@ def view_bag(
         print_table(title, ["entity", "rows"], list(shown.rows.items()))
         if shown.without_view:
             click.echo(f"without a view: {', '.join(shown.without_view)}")
-    if serve:
-        click.echo(f"look at it with: rerun {target.address}", err=True)
-        viewer.wait(duration)
+    if web or serve:
+        how = f"in a browser: {target.page}" if web else f"with: rerun {target.address}"
+        click.echo(f"look at it {how}; Ctrl-C ends", err=True)
+        sys.stdout.flush()
+        try:
+            viewer.wait(duration)
+        finally:
+            target.close()
 
 
 def view_live(
     path: Path,
     save: str | None,
     serve: bool,
+    web: bool,
     scale: float | None,
     rate: float,
     duration: float | None,
@@ -138,12 +151,15 @@ def view_live(
         kind = live.kind_of(path)
         with live.simulator(node, path, stopped, kind):
             recording = rr.RecordingStream(APPLICATION)
-            target = viewer.attach(recording, save=save, serve=serve)
-            if target.address:
-                click.echo(f"showing on {target.address}; Ctrl-C ends", err=True)
-            shown = live.shown_live(kind, node, recording, scale=scale, rate=rate)
-            shown.run(stopped, duration)
-            recording.flush()
+            target = viewer.attach(recording, save=save, serve=serve, web=web)
+            try:
+                if target.address:
+                    click.echo(f"showing on {target.page or target.address}; Ctrl-C ends", err=True)
+                shown = live.shown_live(kind, node, recording, scale=scale, rate=rate)
+                shown.run(stopped, duration)
+                recording.flush()
+            finally:
+                target.close()
     if not shown.rows:
         target.discard()
         raise RuntimeError(f"the {kind.what} published nothing to show")

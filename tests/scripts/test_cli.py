@@ -50,7 +50,7 @@ def test_every_verb_has_an_example(verb: str) -> None:
         (["recrod"], 2, "Did you mean 'record'?"),
         (["info"], 2, "Missing argument"),
         (["record", "--duration", "-1"], 2, "--duration"),
-        (["view", "run", "--save", "a.rrd", "--serve"], 2, "not both"),
+        (["view", "run", "--save", "a.rrd", "--serve"], 2, "Give one of --save, --serve and --web"),
         (["info", "nowhere"], 1, "nowhere does not exist"),
         (["view", "nowhere", "--save", "a.rrd"], 1, "nowhere does not exist"),
         (["info", "notes.txt"], 1, "notes.txt is not an MCAP file"),

@@ -26,13 +26,15 @@ def test_commands(recorded: Recorded, tmp_path: Path) -> None:
     once_more = [words for words in lines if "again" in words or "again.npz" in words]
     assert [words[1] for words in once_more] == ["play", "compare", "simulate"]
     lines = [words for words in lines if words not in once_more]
-    assert len(lines) == 9
+    assert len(lines) == 10
     for number, (program, verb, *words) in enumerate(lines):
         assert program == "flexsim"
         if verb == "record":  # elsewhere, and not for as long
             words = [w for w in words if w not in ("--duration", "60")]
             words[words.index("run")] = f"run_{number}"
             words += ["--duration", "0.2"]
+        if "--web" in words:  # shown until Ctrl-C
+            words += ["--duration", "1"]
         done = flexsim(verb, *words, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "run.rrd").stat().st_size > 100_000
