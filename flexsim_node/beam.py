@@ -129,6 +129,16 @@ def bending_force(stiffness, w1, t1, w2, t2, length, s):
     )
 
 
+@kernel
+def stiffening_energy(e, p, r):
+    """What the mean squared slope adds to the strain energy; p, r are spatial rows (6,)."""
+    length = e[LENGTH]
+    my, _, _, _, _ = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
+    mz, _, _, _, _ = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
+    shortening = 0.5 * length * (my + mz)
+    return e[AXIAL] * shortening * (r[0] - p[0] + 0.5 * shortening)
+
+
 def hermite_matrix(length: float, s: float) -> np.ndarray:
     """(4, 4) map of (w1, t1, w2, t2) to the Hermite coefficients."""
     return np.array([hermite(*row, length, s) for row in np.eye(4)]).T

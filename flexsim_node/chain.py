@@ -29,6 +29,13 @@ POINT, DIRECTION = range(2)
 # to the parent (row-wise), displacement of the start without the joint's own rotation, its derivative by
 # q, lever
 OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
+# columns of Workspace.moving, a row for each node's carrier: motion and ROTATION (to the carrier before) as
+# above, then the section's rotation and place from the carrier, the vectors b, c and the coefficients of
+# their tangents; of a link's start instead of these two the joint's axis and lever where it slides
+HALF, REACH, TURN, SERIES = 18, 27, 30, 36
+SLIDE, LEAD = 30, 33
+# columns of Workspace.kept_moving after ROTATION (at 0) and REACH (at 9): how unknowns move a section
+KEPT_TURN, KEPT_MOMENT = 12, 27
 # rows of Workspace.node
 DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
 # entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next
@@ -44,12 +51,13 @@ class Chain(NamedTuple):
     # lengths of tuples are known when a kernel is compiled: what another robot needs is left out
     dofs: tuple[int, ...]  # of a node in space, B of them
     loops: tuple[int, ...]  # (their number,), or () where there are none
+    co_moving: tuple[int, ...]  # (1,) where frames follow the elements, else ()
     link: np.ndarray  # (L, 10) int64
     joint: np.ndarray  # (L, 16)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
     element: np.ndarray  # (E, 13), columns of beam.py
-    mass: np.ndarray  # (E, 2B, 2B), nodes ordered (end, start)
-    stiffness: np.ndarray  # (E, 2B, 2B), likewise
+    mass: np.ndarray  # (E, 2B, 2B), nodes ordered (end, start); co-moving (E, B, B) over an element's own
+    stiffness: np.ndarray  # likewise
     unknown: np.ndarray  # (N, B) int64: the unknown of a nodal dof, or -1 where it depends on others
     dependency: np.ndarray  # (N, B, 2B): on the dofs of this node and of the one before
     body: np.ndarray  # (bodies, 4, 4), see rigid_body.py
@@ -95,6 +103,16 @@ class Workspace(NamedTuple):
     row: np.ndarray  # (6, 36)
     closure: np.ndarray  # (R, 2n + R + 4): G, M^-1 G^T, S = G M^-1 G^T, columns of closure.py
     pose: np.ndarray  # (L, 15): origin, rotation and the origin's velocity in the base frame; of loops only
+    # of co-moving frames, else empty
+    moving: np.ndarray  # (N, 44)
+    kept_moving: np.ndarray  # (N, 36): what the last factorisation keeps of them
+    section: np.ndarray  # (N, 9): motion of the section at a node, in its carrier's axes
+    section_wrench: np.ndarray  # (N, B)
+    section_matrix: np.ndarray  # (N, B, B)
+    section_load: np.ndarray  # (N, B)
+    section_answer: np.ndarray  # (N, B)
+    pair: np.ndarray  # (4, 2, B): rows of one element's two nodes
+    carrier: np.ndarray  # (2, B, B)
 
 
 class Robot(NamedTuple):
@@ -116,6 +134,9 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
     unknowns = max(int(chain.unknown.max(initial=-1)), int(last)) + 1
     joints = int(np.sum(chain.link[:, KIND] != FIXED))
     equations = len(chain.closing)
+    own = nodes if chain.co_moving else 0
+    moving = np.zeros((own, 44))
+    moving[:, [HALF, HALF + 4, HALF + 8]] = 1.0
     buffers = Workspace(
         frame=np.zeros((links, 33)),
         kept=np.zeros((links, 33)),
@@ -147,5 +168,14 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         row=np.zeros((6, 36)),
         closure=np.zeros((equations, 2 * unknowns + equations + 4)),
         pose=np.zeros((links if equations else 0, 15)),
+        moving=moving,
+        kept_moving=np.zeros((own, 36)),
+        section=np.zeros((own, 9)),
+        section_wrench=np.zeros((own, b)),
+        section_matrix=np.zeros((own, b, b)),
+        section_load=np.zeros((own, b)),
+        section_answer=np.zeros((own, b)),
+        pair=np.zeros((4, 2, b)),
+        carrier=np.zeros((2, b, b)),
     )
     return by_reference(buffers._replace(**shared))

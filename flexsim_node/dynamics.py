@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import planar_beam, rigid_body, spatial_beam
+from . import co_moving, co_moving_loads, planar_beam, rigid_body, spatial_beam
 from .chain import (
     ACCELERATION,
     ALPHA,
@@ -150,15 +150,28 @@ def link_forces(chain, work):
 
 
 @kernel
+def chain_forces(co, chain, work, v, a, out):
+    """Add inertia, elastic and damping forces of the placed chain to out, whichever its formulation."""
+    if len(co) > 0:
+        co_moving.accelerate(chain, work, v, a)
+        work.section_wrench[:] = 0.0
+        if work.loaded[0] or work.loaded[1]:
+            co_moving_loads.external_forces(chain, work)
+        co_moving.gather(chain, work, out)
+    else:
+        accelerate(chain, work, v, a)
+        link_forces(chain, work)
+        if work.loaded[0] or work.loaded[1]:
+            external_forces(chain, work)
+        gather(chain, work, out)
+
+
+@kernel
 def residual(chain, work, x, v, a, torque, out):
     """Applied minus elastic, damping and inertia forces, f(x, v) - M(x) a, into out (n,)."""
     place(chain, work, x)
-    accelerate(chain, work, v, a)
-    link_forces(chain, work)
-    if work.loaded[0] or work.loaded[1]:
-        external_forces(chain, work)
     out[:] = 0.0
-    gather(chain, work, out)
+    chain_forces(chain.co_moving, chain, work, v, a, out)
     for i in range(out.size):
         out[i] = -out[i]
     joint_force(chain, work, x, v, a, torque, out)
@@ -167,6 +180,21 @@ def residual(chain, work, x, v, a, torque, out):
 @kernel
 def stiffness_times(chain, work, y, scale, out):
     """scale * K y into out (n,), at the placed configuration."""
+    stiffness_times_as(chain.co_moving, chain, work, y, scale, out)
+
+
+@kernel
+def stiffness_times_as(co, chain, work, y, scale, out):
+    """stiffness_times for either formulation."""
+    if len(co) > 0:
+        co_moving.stiffness_times(chain, work, y, scale, out)
+    else:
+        stiffness_times_erls(chain, work, y, scale, out)
+
+
+@kernel
+def stiffness_times_erls(chain, work, y, scale, out):
+    """stiffness_times for frames of the ERLS."""
     link, element = chain.link, chain.element
     rows, d, force = work.node[TRIAL], work.node[DISPLACEMENT], work.force
     nodal_rates(chain, work, y, rows)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import planar_beam, rigid_body, spatial_beam
-from .beam import AXIAL, LENGTH, MASS, SHEAR_Y, SHEAR_Z, STIFFENING, squared_slope
+from . import co_moving_view, planar_beam, rigid_body, spatial_beam
+from .beam import LENGTH, MASS, STIFFENING, stiffening_energy
 from .chain import (
     BODIES,
     COUNT,
@@ -44,13 +44,19 @@ def quadratic_form(matrix, end, start, b):
 
 
 @allocating_kernel
-def stiffening_energy(e, p, r):
-    """What the mean squared slope adds to the strain energy; p, r are spatial rows (6,)."""
-    length = e[LENGTH]
-    my, _, _, _, _ = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
-    mz, _, _, _, _ = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
-    shortening = 0.5 * length * (my + mz)
-    return e[AXIAL] * shortening * (r[0] - p[0] + 0.5 * shortening)
+def energy(chain, work, x, v, out):
+    """Write kinetic, elastic and gravitational energy (J) into out (3,)."""
+    energy_as(chain.co_moving, chain, work, x, v, out)
+
+
+@allocating_kernel
+def energy_as(co, chain, work, x, v, out):
+    """energy for either formulation; the other one is not even compiled."""
+    if len(co) > 0:
+        place(chain, work, x)
+        co_moving_view.energy(chain, work, x, v, out)
+    else:
+        energy_erls(chain, work, x, v, out)
 
 
 @allocating_kernel
@@ -63,8 +69,8 @@ def element_coupling(dofs, e, d, i, coupling, inertia, t):
 
 
 @allocating_kernel
-def energy(chain, work, x, v, out):
-    """Write kinetic, elastic and gravitational energy (J) into out (3,)."""
+def energy_erls(chain, work, x, v, out):
+    """energy for frames of the ERLS."""
     link, joint = chain.link, chain.joint
     b = len(chain.dofs)
     planar = b == 3

@@ -10,7 +10,7 @@ tip to the base, each link's joint last (the articulated-body idea, with elastic
 
 from __future__ import annotations
 
-from . import planar_beam, rigid_body, spatial_beam
+from . import co_moving_elimination, planar_beam, rigid_body, spatial_beam
 from .beam import STIFFENING
 from .chain import (
     AXIS,
@@ -217,6 +217,21 @@ def eliminate_node(index, work, i, b):
 @kernel
 def factorize(chain, work):
     """Factorise at the placed configuration; returns 0, or 1 + the link whose pivot is not positive."""
+    return factorize_as(chain.co_moving, chain, work)
+
+
+@kernel
+def factorize_as(co, chain, work):
+    """factorize for either formulation; the other one is not even compiled."""
+    if len(co) > 0:
+        return co_moving_elimination.factorize(chain, work)
+    else:
+        return factorize_erls(chain, work)
+
+
+@kernel
+def factorize_erls(chain, work):
+    """factorize for frames of the ERLS."""
     link = chain.link
     index, dependency = chain.unknown, chain.dependency
     b = len(chain.dofs)
@@ -330,6 +345,21 @@ def eliminate_joint(chain, work, n, z, b, phi_column, q_column):
 @kernel
 def solve(chain, work, rhs, out):
     """Solve for out (n,) with the factors at hand; rhs (n,) is kept.  Held joints get zero."""
+    solve_as(chain.co_moving, chain, work, rhs, out)
+
+
+@kernel
+def solve_as(co, chain, work, rhs, out):
+    """solve for either formulation."""
+    if len(co) > 0:
+        co_moving_elimination.solve(chain, work, rhs, out)
+    else:
+        solve_erls(chain, work, rhs, out)
+
+
+@kernel
+def solve_erls(chain, work, rhs, out):
+    """solve for frames of the ERLS."""
     link = chain.link
     index, dependency = chain.unknown, chain.dependency
     b = len(chain.dofs)

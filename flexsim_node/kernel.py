@@ -51,8 +51,7 @@ def forget_stale_kernels(package: Path) -> None:
 
     numba looks only at the file of the function itself, not at those of the functions that it calls.
     """
-    cache = package / "__pycache__"
-    compiled = [*cache.glob("*.nbi"), *cache.glob("*/*.nbi")]
+    compiled = [*package.rglob("*.nbi")]  # beside each source, in the __pycache__ of its folder
     if not compiled:
         return
     compiles = re.compile(r"from \.+kernel import|NamedTuple")  # kernels, and the arrays that they work on
@@ -60,7 +59,7 @@ def forget_stale_kernels(package: Path) -> None:
         path.stat().st_mtime for path in package.rglob("*.py") if compiles.search(path.read_text("utf-8"))
     )
     if newest > min(path.stat().st_mtime for path in compiled):
-        for path in [*compiled, *cache.glob("*.nbc"), *cache.glob("*/*.nbc")]:
+        for path in [*compiled, *package.rglob("*.nbc")]:
             path.unlink(missing_ok=True)
 
 

@@ -9,7 +9,7 @@ argument is a constant to the compiler, which then leaves the other out.
 
 from __future__ import annotations
 
-from . import planar_kinematics, spatial_kinematics
+from . import co_moving, planar_kinematics, spatial_kinematics
 from .kernel import kernel
 
 
@@ -26,13 +26,15 @@ def spatial_row(row, planar, r):
 @kernel
 def place(chain, work, x):
     """Frames and nodal displacements at the unknowns x."""
-    place_in(chain.dofs, chain, work, x)
+    place_in(chain.co_moving, chain.dofs, chain, work, x)
 
 
 @kernel
-def place_in(dofs, chain, work, x):
-    """`place`, in the plane or in space."""
-    if len(dofs) == 3:
+def place_in(co, dofs, chain, work, x):
+    """`place`, with frames that follow the elements, or of the ERLS, in the plane or in space."""
+    if len(co) > 0:
+        co_moving.place(chain, work, x)
+    elif len(dofs) == 3:
         planar_kinematics.place(chain, work, x)
     else:
         spatial_kinematics.place(chain, work, x)

@@ -19,6 +19,7 @@ from .statics import check_position, rest_shape, unknowns_at
 from .tangent import damping_matrix, forces, mass_matrix, stiffness_matrix
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
+CO_MOVING_COMPONENTS = ("u", "bz", "by", "tau", "cy", "cz")  # of an element, see co_moving.py
 
 
 @dataclass(frozen=True)
@@ -269,8 +270,9 @@ def unknown_names(model: Model) -> list[str]:
             names[model.turn[k]] = f"{joint}/turn"
         if model.motor[k] >= 0:
             names[k], names[model.motor[k]] = f"{joint}/link", joint
+    components = CO_MOVING_COMPONENTS if model.chain.co_moving else COMPONENTS
     for node, row in enumerate(model.chain.unknown):
         for dof, k in zip(model.chain.dofs, row, strict=True):
             if k >= 0:
-                names[k] = f"{model.node_names[node]}/{COMPONENTS[dof]}"
+                names[k] = f"{model.node_names[node]}/{components[dof]}"
     return names

@@ -33,7 +33,7 @@ from .erls import beam_axes, erls_condition, rotation_x, zeroed_directions
 from .loops import closing_equations, flat
 from .rigid_body import body_vectors, pseudo_inertia
 from .scene import Scene, SceneError
-from .schema import Link, Payload
+from .schema import Erls, Link, Payload
 from .section import section
 
 PLANAR_DOFS = [0, 1, 5]
@@ -227,6 +227,21 @@ def element_matrices(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return mass, stiffness
 
 
+def own_matrix(matrix: np.ndarray) -> np.ndarray:
+    """(B, B) of a (2B, 2B) matrix of nodes (end, start), over an element's unknowns (see co_moving.py)."""
+    b = len(matrix) // 2
+    rows = np.zeros((2 * b, b))
+    if b == 3:
+        # u, start -b, end c
+        rows[0, 0] = rows[2, 2] = 1.0
+        rows[5, 1] = -1.0
+    else:
+        rows[0, 0] = rows[4, 4] = rows[5, 5] = 1.0
+        rows[10, 2] = rows[11, 1] = -1.0
+        rows[3, 3], rows[9, 3] = 0.5, -0.5
+    return rows.T @ matrix @ rows
+
+
 def follow(dofs: list[int], comp: int, length: float) -> np.ndarray:
     """(12,) dependency of a dof that moves with the node before as with a rigid body."""
     row = np.zeros(12)
@@ -284,7 +299,9 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
     elastic_joints = effects.joint_elasticity and effects.rotor_inertia
     unknowns = moving + sum(elastic_joints and joint.stiffness is not None for joint in scene.joints)
     coordinates = unknowns
-    zeroed = zeroed_directions(scene, driven)
+    moving_frames = scene.formulation == "co_moving"
+    rooted = scene.model_copy(update={"erls": Erls(zeroed="root")})
+    zeroed = zeroed_directions(rooted if moving_frames else scene, driven)
     spin = np.zeros((3, 3, 3))
     spin[0, 2, 2] = spin[1, 0, 0] = spin[1, 1, 1] = 1.0
     spin[2, 0, 1], spin[2, 1, 0] = -1.0, 1.0
@@ -360,9 +377,13 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         for i in range(count):
             values = element_row(scene, link, i, step, flexible)
             mass, stiffness = element_matrices(values)
+            mass, stiffness = mass[np.ix_(both, both)], stiffness[np.ix_(both, both)]
+            if moving_frames:
+                values[START] = 0.0
+                mass, stiffness = own_matrix(mass), own_matrix(stiffness)
             elements.append(values)
-            masses.append(mass[np.ix_(both, both)])
-            stiffnesses.append(stiffness[np.ix_(both, both)])
+            masses.append(mass)
+            stiffnesses.append(stiffness)
         for body in (link.rigid, link.payload):
             if body is None or body.mass == 0.0:
                 continue
@@ -386,16 +407,18 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
     gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
     rayleigh = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
     closing, anchor = closing_equations(scene, axes, planar)
-    at_chords = scene.erls.zeroed in ("chord", "auto") and not driven
+    at_chords = scene.erls.zeroed in ("chord", "auto") and not driven and not moving_frames
+    size = b if moving_frames else 2 * b
     chain = Chain(
         dofs=tuple(dofs),
         loops=(len(scene.loops),) if scene.loops else (),
+        co_moving=(1,) if moving_frames else (),
         link=link_table,
         joint=joint_table,
         rotation=rotation,
         element=np.array(elements).reshape(-1, COLUMNS),
-        mass=np.array(masses).reshape(-1, 2 * b, 2 * b),
-        stiffness=np.array(stiffnesses).reshape(-1, 2 * b, 2 * b),
+        mass=np.array(masses).reshape(-1, size, size),
+        stiffness=np.array(stiffnesses).reshape(-1, size, size),
         unknown=np.array(index),
         dependency=np.array(dependency),
         body=np.array(bodies).reshape(-1, 4, 4),
@@ -409,7 +432,7 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         closing=closing,
         anchor=anchor,
     )
-    for array in chain[2:]:
+    for array in chain[3:]:
         array.setflags(write=False)
     chain = by_reference(chain)
     model = Model(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import co_moving_view
 from .chain import COUNT, DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
 from .kernel import kernel
 from .kinematics import place, spatial_row
@@ -15,9 +16,24 @@ def observe(chain, work, axes, x, position, rigid_position, displacement, pose):
 
     pose (L, 12) gets each body frame's origin and rotation (row-wise) in the base frame.
     """
+    place(chain, work, x)
+    observe_as(chain.co_moving, chain, work, axes, position, rigid_position, displacement, pose)
+
+
+@kernel
+def observe_as(co, chain, work, axes, position, rigid_position, displacement, pose):
+    """observe for either formulation; the other one is not even compiled."""
+    if len(co) > 0:
+        co_moving_view.observe(chain, work, axes, position, rigid_position, displacement, pose)
+    else:
+        observe_erls(chain, work, axes, position, rigid_position, displacement, pose)
+
+
+@kernel
+def observe_erls(chain, work, axes, position, rigid_position, displacement, pose):
+    """observe for frames of the ERLS."""
     link, frame = chain.link, work.frame
     planar = len(chain.dofs) == 3
-    place(chain, work, x)
     d = work.node[DISPLACEMENT]
     r = work.row[0, 0:6]
     for n in range(link.shape[0]):

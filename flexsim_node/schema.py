@@ -543,6 +543,7 @@ class Scene(_Part):
     damping: Damping = Damping()
     links: Annotated[tuple[Link, ...], Field(min_length=1)]
     loops: tuple[ClosingJoint, ...] = ()
+    formulation: Literal["erls", "co_moving"] = "erls"
     erls: Erls = Erls()
     initial: Initial = Initial()
     effects: Effects = Effects()
@@ -646,6 +647,28 @@ class Scene(_Part):
                         ("loops", n, "links", i),
                         f"is {name!r}, which does not exist; "
                         f"give {near[0] if near else 'one of ' + ', '.join((BASE, *names))}",
+                    )
+        if self.formulation == "co_moving":
+            if self.erls.zeroed not in ("root", "auto"):
+                given = self.erls.zeroed if isinstance(self.erls.zeroed, str) else "a list"
+                raise Misplaced(
+                    ("erls", "zeroed"),
+                    f"is {given}, but co-moving frames start at their links' roots;"
+                    " give root or leave it out",
+                )
+            for name in ("centrifugal", "coriolis"):
+                switch = getattr(self.effects, name)
+                if switch is not True:
+                    raise Misplaced(
+                        ("effects", name),
+                        f"is {str(switch).lower()}, but co-moving frames hold it by their geometry;"
+                        " leave it on, or give formulation: erls",
+                    )
+            for name in ("loops", "sensors"):
+                if getattr(self, name):
+                    raise Misplaced(
+                        (name,),
+                        "are simulated with formulation: erls only; give that one, or leave them out",
                     )
         for n, zeroed in enumerate(self.erls.zeroed if isinstance(self.erls.zeroed, tuple) else ()):
             if zeroed.link not in names:

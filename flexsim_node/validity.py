@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import planar_beam, spatial_beam
+from . import co_moving_plane, co_moving_space, planar_beam, spatial_beam
 from .chain import BUCKLING, COUNT, DISPLACEMENT, FIRST, FIRST_ELEMENT, KIND, PRISMATIC, TIP, workspace
 from .dynamics import residual
 from .erls import erls_condition
@@ -45,6 +45,7 @@ class Finding:
     link: str
     warn: float
     stop: float
+    co_moving: bool = False  # the formulation, which decides what would help
 
     @property
     def passed(self) -> str:
@@ -58,7 +59,10 @@ class Finding:
         limit = self.stop if self.passed == "stop" else self.warn
         unit = f" {UNITS[k]}" if UNITS[k] else ""
         key = f"validity.{self.name}.{self.passed or 'warn'}"
-        return f"{where}{WORDS[k]} reaches {self.value:.3g}{unit}, beyond {key} = {limit:g}; {ADVICE[k]}"
+        advice = ADVICE[k]
+        if k == 0 and self.co_moving:
+            advice = "it is meant small inside an element: give the link more elements"
+        return f"{where}{WORDS[k]} reaches {self.value:.3g}{unit}, beyond {key} = {limit:g}; {advice}"
 
 
 class ValidityWatch:
@@ -94,7 +98,9 @@ class ValidityWatch:
         found = []
         for k, name in enumerate(NAMES):
             link = names[links[k]] if values[k] > 0.0 and links[k] >= 0 else ""
-            found.append(Finding(name, float(values[k]), link, *map(float, self.model.limits[k])))
+            warn, stop = map(float, self.model.limits[k])
+            moving = bool(self.model.chain.co_moving)
+            found.append(Finding(name, float(values[k]), link, warn, stop, moving))
         return tuple(found)
 
     def sentences(self, passed: str) -> tuple[str, ...]:
@@ -108,11 +114,16 @@ def axial_loads(model: Model, work, x: np.ndarray) -> np.ndarray:
     place(chain, work, x)
     d = work.node[DISPLACEMENT]
     tension = planar_beam.axial_force if model.planar else spatial_beam.axial_force
+    rows = co_moving_plane.element_rows if model.planar else co_moving_space.element_rows
     found = np.zeros(len(chain.link))
     for n, row in enumerate(chain.link):
         if chain.joint[n, BUCKLING] > 0.0:
             for k in range(row[COUNT]):
-                push = -tension(chain.element[row[FIRST_ELEMENT] + k], d, row[FIRST] + k + 1)
+                i, nodes = row[FIRST] + k + 1, d
+                if chain.co_moving:
+                    rows(d[i], work.pair[0])
+                    i, nodes = 1, work.pair[0]
+                push = -tension(chain.element[row[FIRST_ELEMENT] + k], nodes, i)
                 found[n] = max(found[n], push / chain.joint[n, BUCKLING])
     return found
 

@@ -6,6 +6,7 @@ the reason and the last good state.  Beyond `warn` it is remembered.
 
 from __future__ import annotations
 
+from . import co_moving_loads
 from .chain import BENDING, COUNT, DISPLACEMENT, FIRST, OMEGA
 from .kernel import kernel
 
@@ -19,9 +20,37 @@ def valid(chain, work):
 
     The largest values go into work.validity, the links where they were beside them.
     """
+    within = below(chain, work, CORRECTION, work.correction[0], -1)
+    return links_within(chain.co_moving, chain, work) and within
+
+
+@kernel
+def links_within(co, chain, work):
+    """valid for the links, whichever the formulation; the other one is not even compiled."""
+    if len(co) > 0:
+        return co_moving_within(chain, work)
+    else:
+        return erls_within(chain, work)
+
+
+@kernel
+def co_moving_within(chain, work):
+    """valid for links with co-moving frames: rotations count from an element's chord, others are exact."""
+    joint, within = chain.joint, True
+    for n in range(chain.link.shape[0]):
+        turn, spin = co_moving_loads.measure(chain, work, n)
+        within = below(chain, work, ELASTIC_ROTATION, turn, n) and within
+        if joint[n, BENDING] > 0.0:
+            within = below(chain, work, SPIN_RATIO, spin / joint[n, BENDING], n) and within
+    return within
+
+
+@kernel
+def erls_within(chain, work):
+    """valid for links of the ERLS."""
     link, joint, d = chain.link, chain.joint, work.node[DISPLACEMENT]
     planar = len(chain.dofs) == 3
-    within = below(chain, work, CORRECTION, work.correction[0], -1)
+    within = True
     for n in range(link.shape[0]):
         first, count = link[n, FIRST], link[n, COUNT]
         turn = 0.0

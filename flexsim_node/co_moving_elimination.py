@@ -1,0 +1,549 @@
+"""factorization.py for co-moving frames: an element hands on one matrix over a section's acceleration.
+
+An element's front is (its unknowns y, the acceleration A' that its carrier has from the section before it).
+Its own carrier moves with A = A' + (0, G y'') and the section at its end with (A_a + A_w x r + u'',
+A_w + P y''), G y'' = T(b) b'' and P y'' = T(c)^T c''.  The section's matrix, shifted to the carrier's origin,
+therefore acts on A' + D y'' with D y'' = (u'' + r x P y'', (G + P) y'').
+"""
+
+from __future__ import annotations
+
+from . import co_moving_plane, co_moving_space, rigid_body
+from .beam import STIFFENING
+from .chain import (
+    AXIS,
+    BODIES,
+    COUNT,
+    DAMPER,
+    FIRST,
+    FIRST_BODY,
+    FIRST_ELEMENT,
+    FIXED,
+    HALF,
+    KEPT_MOMENT,
+    KEPT_TURN,
+    KIND,
+    LEAD,
+    MOTOR,
+    PARENT,
+    PRISMATIC,
+    REACH,
+    REVOLUTE,
+    ROTATION,
+    ROTOR,
+    SERIES,
+    SPRING,
+    TURN,
+    VISCOUS,
+    Q,
+)
+from .co_moving_space import tangent, turned, turned_back
+from .interface import lever
+from .kernel import kernel
+
+
+@kernel
+def turn_matrix(r, z, planar):
+    """Replace the symmetric z (6, 6) or (3, 3), both triangles, by its congruence with the rotation r."""
+    if planar:
+        c, s = r[0], r[3]
+        xx, xy, yy, xz, yz = z[0, 0], z[0, 1], z[1, 1], z[0, 2], z[1, 2]
+        z[0, 0] = c * c * xx - 2.0 * c * s * xy + s * s * yy
+        z[1, 1] = s * s * xx + 2.0 * c * s * xy + c * c * yy
+        z[0, 1] = z[1, 0] = c * s * (xx - yy) + (c * c - s * s) * xy
+        z[0, 2] = z[2, 0] = c * xz - s * yz
+        z[1, 2] = z[2, 1] = s * xz + c * yz
+        return
+    e0, e1, e2, e3, e4, e5, e6, e7, e8 = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]
+    for i in range(0, 6, 3):
+        for k in range(i, 6, 3):
+            x, y, u = z[i, k], z[i + 1, k], z[i + 2, k]
+            a0, b0, c0 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
+            x, y, u = z[i, k + 1], z[i + 1, k + 1], z[i + 2, k + 1]
+            a1, b1, c1 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
+            x, y, u = z[i, k + 2], z[i + 1, k + 2], z[i + 2, k + 2]
+            a2, b2, c2 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
+            z[i, k] = a0 * e0 + a1 * e1 + a2 * e2
+            z[i, k + 1] = a0 * e3 + a1 * e4 + a2 * e5
+            z[i, k + 2] = a0 * e6 + a1 * e7 + a2 * e8
+            z[i + 1, k] = b0 * e0 + b1 * e1 + b2 * e2
+            z[i + 1, k + 1] = b0 * e3 + b1 * e4 + b2 * e5
+            z[i + 1, k + 2] = b0 * e6 + b1 * e7 + b2 * e8
+            z[i + 2, k] = c0 * e0 + c1 * e1 + c2 * e2
+            z[i + 2, k + 1] = c0 * e3 + c1 * e4 + c2 * e5
+            z[i + 2, k + 2] = c0 * e6 + c1 * e7 + c2 * e8
+    for i in range(3):
+        for k in range(3, 6):
+            z[k, i] = z[i, k]
+
+
+@kernel
+def shift(z, x, y, u, planar):
+    """Move the point that the symmetric z acts on by the lever (x, y, u): rotations also move it."""
+    if not planar:
+        lever(z, 0, 3, x, y, u)
+        return
+    for k in range(3):
+        z[2, k] += x * z[1, k] - y * z[0, k]
+    for k in range(3):
+        z[k, 2] += x * z[k, 1] - y * z[k, 0]
+
+
+@kernel
+def section_bodies(chain, work, n, planar):
+    """Add the rigid bodies on link n's end to the matrix of its section."""
+    link = chain.link
+    i = link[n, FIRST] + link[n, COUNT]
+    zero = work.row[0, 0:6]
+    coupling, inertia = work.row[:, 18:24], work.row[:, 24:30]
+    zero[:] = 0.0
+    inertia[:] = 0.0
+    for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
+        rigid_body.inertia_coupling(chain.body[k], 0.0, zero, coupling, inertia, work.scratch)
+    b = 3 if planar else 6
+    z = work.square
+    for j in range(b):
+        p = 5 if planar and j == 2 else j
+        for k in range(j, b):
+            q = 5 if planar and k == 2 else k
+            z[j, k] = z[k, j] = inertia[p, q]
+    turn_matrix(work.moving[i, HALF : HALF + 9], z, planar)
+    out = work.section_matrix[i]
+    for j in range(b):
+        for k in range(b):
+            out[j, k] += z[j, k]
+
+
+@kernel
+def keep(work, i, planar):
+    """Keep of node i's carrier what the solves need: rotation, reach, how unknowns move its section."""
+    m, kept = work.moving[i], work.kept_moving[i]
+    for k in range(9):
+        kept[k] = m[ROTATION + k]
+    x, y, u = m[REACH], m[REACH + 1], m[REACH + 2]
+    kept[9], kept[10], kept[11] = x, y, u
+    if planar:
+        kept[KEPT_MOMENT] = -x
+        return
+    turns, moments = kept[KEPT_TURN : KEPT_TURN + 15], kept[KEPT_MOMENT : KEPT_MOMENT + 9]
+    # angular columns of b_z, b_y, tau, c_y, c_z: T of b, T^T of c
+    for k in range(5):
+        v0 = 1.0 if k == 2 else 0.0
+        v1 = 1.0 if k == 1 or k == 3 else 0.0
+        v2 = 1.0 if k == 0 or k == 4 else 0.0
+        a = b = c = 0.0
+        if k < 3:
+            a, b, c = tangent(m, TURN, SERIES, -1.0, v0, v1, v2)
+        if k > 1:
+            p, q, r = tangent(m, TURN + 3, SERIES + 4, 1.0, v0, v1, v2)
+            moments[3 * k - 6], moments[3 * k - 5], moments[3 * k - 4] = 0.0, -x * r, x * q
+            a, b, c = a + p, b + q, c + r
+        turns[3 * k], turns[3 * k + 1], turns[3 * k + 2] = a, b, c
+    for k in range(3):
+        turns[6 + k] *= 0.5
+        moments[k] *= 0.5
+
+
+@kernel
+def add_section(work, i, y, a, w, planar):
+    """Add the matrix of node i's section to the front w (y, A'), upper triangle of y and of A'."""
+    z, kept = work.section_matrix[i], work.kept_moving[i]
+    shift(z, kept[9], kept[10], kept[11], planar)
+    if planar:
+        p = kept[KEPT_MOMENT]
+        for k in range(3):
+            w[0, 3 + k] += z[0, k]
+            w[1, 3 + k] += z[2, k]
+            y[k] = p * z[1, k] + z[2, k]
+            w[2, 3 + k] += y[k]
+            for j in range(k, 3):
+                w[3 + k, 3 + j] += z[k, j]
+        w[0, 0] += z[0, 0]
+        w[0, 1] += z[0, 2]
+        w[1, 1] += z[2, 2]
+        w[0, 2] += y[0]
+        w[1, 2] += y[2]
+        w[2, 2] += p * y[1] + y[2]
+        return
+    s, p = kept[KEPT_TURN : KEPT_TURN + 15], kept[KEPT_MOMENT : KEPT_MOMENT + 9]
+    for k in range(6):
+        w[0, 6 + k] += z[0, k]
+    w[0, 0] += z[0, 0]
+    for j in range(5):
+        s0, s1, s2 = s[3 * j], s[3 * j + 1], s[3 * j + 2]
+        for k in range(6):
+            a[k] = s0 * z[3, k] + s1 * z[4, k] + s2 * z[5, k]
+        if j > 1:
+            p1, p2 = p[3 * j - 5], p[3 * j - 4]
+            for k in range(6):
+                a[k] += p1 * z[1, k] + p2 * z[2, k]
+        for k in range(6):
+            w[1 + j, 6 + k] += a[k]
+        w[0, 1 + j] += a[0]
+        for k in range(j, 5):
+            w[1 + j, 1 + k] += a[3] * s[3 * k] + a[4] * s[3 * k + 1] + a[5] * s[3 * k + 2]
+            if k > 1:
+                w[1 + j, 1 + k] += a[1] * p[3 * k - 5] + a[2] * p[3 * k - 4]
+    for j in range(6):
+        for k in range(j, 6):
+            w[6 + j, 6 + k] += z[j, k]
+
+
+@kernel
+def add_element(chain, work, m, i, w, planar):
+    """Add element m, whose end is node i, to the front w (y, A')."""
+    b = len(chain.dofs)
+    full, coupling, inertia = work.iteration[m], work.carrier[0], work.carrier[1]
+    if planar:
+        co_moving_plane.element_coupling(chain, work, m, i, coupling, inertia)
+    else:
+        co_moving_space.element_coupling(chain, work, m, i, coupling, inertia)
+    for j in range(b):
+        for k in range(j, b):
+            w[j, k] += full[j, k]
+            w[b + j, b + k] += inertia[j, k]
+    if planar:
+        # the carrier turns with b
+        for k in range(3):
+            w[0, 3 + k] += coupling[0, k]
+            w[1, 3 + k] += coupling[1, k] + inertia[2, k]
+            w[2, 3 + k] += coupling[2, k]
+        w[0, 1] += coupling[0, 2]
+        w[1, 1] += 2.0 * coupling[1, 2] + inertia[2, 2]
+        w[1, 2] += coupling[2, 2]
+        if chain.element[m, STIFFENING] > 0.0:
+            co_moving_plane.shift_mass(chain, work, m, i, w)
+            if work.scale[0] > 0.0:
+                co_moving_plane.stiffen(chain, work, m, i, work.scale[0], w)
+        return
+    f = work.moving[i]
+    # G by columns, how the carrier turns with b_z, b_y and tau
+    x0, x1, x2 = tangent(f, TURN, SERIES, -1.0, 0.0, 0.0, 1.0)
+    y0, y1, y2 = tangent(f, TURN, SERIES, -1.0, 0.0, 1.0, 0.0)
+    z0, z1, z2 = tangent(f, TURN, SERIES, -1.0, 0.5, 0.0, 0.0)
+    # coupling + G^T inertia / 2, so that its product with G, made symmetric, is what G adds to y
+    for k in range(6):
+        a, b1, c = 0.5 * inertia[3, k], 0.5 * inertia[4, k], 0.5 * inertia[5, k]
+        p, q, r = x0 * a + x1 * b1 + x2 * c, y0 * a + y1 * b1 + y2 * c, z0 * a + z1 * b1 + z2 * c
+        coupling[1, k] += p
+        coupling[2, k] += q
+        coupling[3, k] += r
+        w[0, 6 + k] += coupling[0, k]
+        w[1, 6 + k] += coupling[1, k] + p
+        w[2, 6 + k] += coupling[2, k] + q
+        w[3, 6 + k] += coupling[3, k] + r
+        w[4, 6 + k] += coupling[4, k]
+        w[5, 6 + k] += coupling[5, k]
+    for j in range(6):
+        a, b1, c = coupling[j, 3], coupling[j, 4], coupling[j, 5]
+        coupling[j, 0] = a * x0 + b1 * x1 + c * x2
+        coupling[j, 1] = a * y0 + b1 * y1 + c * y2
+        coupling[j, 2] = a * z0 + b1 * z1 + c * z2
+    for k in range(3):
+        w[0, 1 + k] += coupling[0, k]
+        w[1 + k, 4] += coupling[4, k]
+        w[1 + k, 5] += coupling[5, k]
+        for j in range(k + 1):
+            w[1 + j, 1 + k] += coupling[1 + j, k] + coupling[1 + k, j]
+    if chain.element[m, STIFFENING] > 0.0:
+        co_moving_space.shift_mass(chain, work, m, i, w)
+        if work.scale[0] > 0.0:
+            co_moving_space.stiffen(chain, work, m, i, work.scale[0], w)
+
+
+@kernel
+def eliminate_unknowns(index, work, i, w, b):
+    """Eliminate y of node i from the front, keep its rows; False where a pivot is not positive."""
+    size = 2 * b
+    for p in range(b):
+        row = work.pivot[i * b + p]
+        if index[i, p] < 0:
+            for k in range(size + 1):
+                row[k] = 0.0
+            continue
+        if not w[p, p] > 0.0:
+            return False
+        inverse = 1.0 / w[p, p]
+        for k in range(p + 1):
+            row[k] = 0.0
+        for k in range(p + 1, size):
+            row[k] = w[p, k]
+        row[size] = inverse
+        for j in range(p + 1, b):
+            c = inverse * row[j]
+            for k in range(j, size):
+                w[j, k] -= c * row[k]
+    r = work.pivot[i * b : i * b + b]
+    if b == 3:
+        for j in range(3, 6):
+            c0, c1, c2 = r[0, j] * r[0, 6], r[1, j] * r[1, 6], r[2, j] * r[2, 6]
+            for k in range(j, 6):
+                w[j, k] -= c0 * r[0, k] + c1 * r[1, k] + c2 * r[2, k]
+    else:
+        for j in range(6, 12):
+            c0, c1, c2 = r[0, j] * r[0, 12], r[1, j] * r[1, 12], r[2, j] * r[2, 12]
+            c3, c4, c5 = r[3, j] * r[3, 12], r[4, j] * r[4, 12], r[5, j] * r[5, 12]
+            for k in range(j, 12):
+                w[j, k] -= (c0 * r[0, k] + c1 * r[1, k] + c2 * r[2, k]) + (
+                    c3 * r[3, k] + c4 * r[4, k] + c5 * r[5, k]
+                )
+    return True
+
+
+@kernel
+def free(link, work, n):
+    """Whether a link's joint coordinate is an unknown: held joints are not, unless their motor is held."""
+    return link[n, KIND] != FIXED and (link[n, MOTOR] >= 0 or not work.held[n])
+
+
+@kernel
+def joint_column(chain, n, planar, column):
+    """Direction of the joint's coordinate in the acceleration of its link's start."""
+    joint = chain.joint
+    if planar:
+        column[0] = column[1] = 0.0
+        column[2] = joint[n, AXIS + 2]
+        return
+    h = 3 if chain.link[n, KIND] == REVOLUTE else 0
+    for k in range(3):
+        column[k] = column[3 + k] = 0.0
+    for k in range(3):
+        column[h + k] = joint[n, AXIS + k]
+
+
+@kernel
+def eliminate_joint(chain, work, n, z, planar):
+    """Eliminate the joint's coordinate from z; False where its pivot is not positive."""
+    if not free(chain.link, work, n):
+        return True
+    b = len(chain.dofs)
+    column, row = work.row[3], work.joint_pivot[n, 1]
+    joint_column(chain, n, planar, column)
+    joint = chain.joint
+    pivot = joint[n, ROTOR] + work.scale[1] * (joint[n, VISCOUS] + work.spring[n, 2])
+    if chain.link[n, MOTOR] >= 0:
+        # the motor's own angle goes first, and leaves its inertia behind the spring
+        spring = work.scale[2] * joint[n, SPRING] + work.scale[1] * joint[n, DAMPER]
+        inverse = 0.0 if work.held[n] else 1.0 / (pivot + spring)
+        work.spring[n, 0], work.spring[n, 1] = spring, inverse
+        pivot = spring - spring * spring * inverse
+    for i in range(b):
+        total = 0.0
+        for k in range(b):
+            total += z[i, k] * column[k]
+        row[i] = total
+        pivot += column[i] * total
+    if not pivot > 0.0:
+        return False
+    row[b] = 1.0 / pivot
+    for i in range(b):
+        c = row[b] * row[i]
+        for k in range(b):
+            z[i, k] -= c * row[k]
+    return True
+
+
+@kernel
+def factorize(chain, work):
+    """Factorise at the placed configuration; returns 0, or 1 + the link whose pivot is not positive."""
+    link, index, w = chain.link, chain.unknown, work.front
+    b = len(chain.dofs)
+    planar = b == 3
+    work.section_matrix[:] = 0.0
+    for n in range(link.shape[0] - 1, -1, -1):
+        first, parent = link[n, FIRST], link[n, PARENT]
+        if link[n, BODIES] > 0:
+            section_bodies(chain, work, n, planar)
+        for i in range(first + link[n, COUNT], first, -1):
+            for j in range(2 * b):
+                for k in range(j, 2 * b):
+                    w[j, k] = 0.0
+            keep(work, i, planar)
+            add_element(chain, work, link[n, FIRST_ELEMENT] + i - first - 1, i, w, planar)
+            if work.section_matrix[i, 0, 0] > 0.0:
+                add_section(work, i, work.row[1], work.row[2], w, planar)
+            if not eliminate_unknowns(index, work, i, w, b):
+                return n + 1
+            z, before = work.square, work.section_matrix[i - 1]
+            for j in range(b):
+                for k in range(j, b):
+                    z[j, k] = z[k, j] = w[b + j, b + k]
+            turn_matrix(work.moving[i, ROTATION : ROTATION + 9], z, planar)
+            for j in range(b):
+                for k in range(b):
+                    before[j, k] += z[j, k]
+        z, m, kept = work.section_matrix[first], work.moving[first], work.kept_moving[first]
+        for k in range(9):
+            kept[k] = m[ROTATION + k]
+        if not eliminate_joint(chain, work, n, z, planar):
+            return n + 1
+        if parent >= 0:
+            turn_matrix(m[ROTATION : ROTATION + 9], z, planar)
+            if link[n, KIND] == PRISMATIC:
+                kept[9], kept[10], kept[11] = m[LEAD], m[LEAD + 1], m[LEAD + 2]
+                shift(z, kept[9], kept[10], kept[11], planar)
+            before = work.section_matrix[link[parent, FIRST] + link[parent, COUNT]]
+            for j in range(b):
+                for k in range(b):
+                    before[j, k] += z[j, k]
+    return 0
+
+
+@kernel
+def turn_vector(r, g, planar):
+    """Turn a load or an acceleration g forward by the rotation r, in place."""
+    if planar:
+        g[0], g[1] = r[0] * g[0] - r[3] * g[1], r[3] * g[0] + r[0] * g[1]
+        return
+    g[0], g[1], g[2] = turned(r, g[0], g[1], g[2])
+    g[3], g[4], g[5] = turned(r, g[3], g[4], g[5])
+
+
+@kernel
+def turn_vector_back(r, g, planar):
+    """The same by the transposed rotation."""
+    if planar:
+        g[0], g[1] = r[0] * g[0] + r[3] * g[1], r[0] * g[1] - r[3] * g[0]
+        return
+    g[0], g[1], g[2] = turned_back(r, g[0], g[1], g[2])
+    g[3], g[4], g[5] = turned_back(r, g[3], g[4], g[5])
+
+
+@kernel
+def shift_load(kept, g, planar):
+    """Move a load's point back by the kept reach: its force gets a moment."""
+    x, y, u = kept[9], kept[10], kept[11]
+    if planar:
+        g[2] += x * g[1] - y * g[0]
+        return
+    g[3] += y * g[2] - u * g[1]
+    g[4] += u * g[0] - x * g[2]
+    g[5] += x * g[1] - y * g[0]
+
+
+@kernel
+def shift_answer(kept, g, planar):
+    """Move an acceleration's point on by the kept reach."""
+    x, y, u = kept[9], kept[10], kept[11]
+    if planar:
+        g[0] -= g[2] * y
+        g[1] += g[2] * x
+        return
+    g[0] += g[4] * u - g[5] * y
+    g[1] += g[5] * x - g[3] * u
+    g[2] += g[3] * y - g[4] * x
+
+
+@kernel
+def solve(chain, work, rhs, out):
+    """Solve for out (n,) with the factors at hand; rhs (n,) is kept.  Held joints get zero."""
+    link, index = chain.link, chain.unknown
+    b = len(chain.dofs)
+    planar = b == 3
+    load, answer, f, column = work.section_load, work.section_answer, work.row[1], work.row[3]
+    load[:] = 0.0
+    for n in range(link.shape[0] - 1, -1, -1):
+        first, parent = link[n, FIRST], link[n, PARENT]
+        for i in range(first + link[n, COUNT], first, -1):
+            g, kept = load[i], work.kept_moving[i]
+            s, p = kept[KEPT_TURN : KEPT_TURN + 15], kept[KEPT_MOMENT : KEPT_MOMENT + 9]
+            shift_load(kept, g, planar)
+            if planar:
+                f[0], f[1], f[2] = g[0], g[2], p[0] * g[1] + g[2]
+            else:
+                f[0] = g[0]
+                for k in range(5):
+                    f[1 + k] = s[3 * k] * g[3] + s[3 * k + 1] * g[4] + s[3 * k + 2] * g[5]
+                for k in range(3):
+                    f[3 + k] += p[3 * k + 1] * g[1] + p[3 * k + 2] * g[2]
+            for k in range(b):
+                f[b + k] = g[k]
+            for k in range(b):
+                if index[i, k] < 0:
+                    continue
+                row = work.pivot[i * b + k]
+                y = (f[k] + rhs[index[i, k]]) * row[2 * b]
+                out[index[i, k]] = y
+                for j in range(k + 1, 2 * b):
+                    f[j] -= row[j] * y
+            turn_vector(kept, f[b : 2 * b], planar)
+            for k in range(b):
+                load[i - 1, k] += f[b + k]
+        g, kept = load[first], work.kept_moving[first]
+        if free(link, work, n):
+            row = work.joint_pivot[n, 1]
+            joint_column(chain, n, planar, column)
+            y = rhs[link[n, Q]]
+            motor = link[n, MOTOR]
+            if motor >= 0:
+                y += work.spring[n, 0] * work.spring[n, 1] * rhs[motor]
+            for k in range(b):
+                y += column[k] * g[k]
+            y *= row[b]
+            out[link[n, Q]] = y
+            for k in range(b):
+                g[k] -= row[k] * y
+        if parent >= 0:
+            turn_vector(kept, g, planar)
+            if link[n, KIND] == PRISMATIC:
+                shift_load(kept, g, planar)
+            before = load[link[parent, FIRST] + link[parent, COUNT]]
+            for k in range(b):
+                before[k] += g[k]
+    for n in range(link.shape[0]):
+        first, parent = link[n, FIRST], link[n, PARENT]
+        z, kept = answer[first], work.kept_moving[first]
+        for k in range(b):
+            z[k] = 0.0
+        if parent >= 0:
+            before = answer[link[parent, FIRST] + link[parent, COUNT]]
+            for k in range(b):
+                z[k] = before[k]
+            if link[n, KIND] == PRISMATIC:
+                shift_answer(kept, z, planar)
+            turn_vector_back(kept, z, planar)
+        if link[n, KIND] != FIXED:
+            if not free(link, work, n):
+                out[link[n, Q]] = 0.0
+            else:
+                row = work.joint_pivot[n, 1]
+                joint_column(chain, n, planar, column)
+                y = out[link[n, Q]]
+                for k in range(b):
+                    y -= row[b] * row[k] * z[k]
+                out[link[n, Q]] = y
+                for k in range(b):
+                    z[k] += column[k] * y
+                motor = link[n, MOTOR]
+                if motor >= 0:
+                    out[motor] = work.spring[n, 1] * (rhs[motor] + work.spring[n, 0] * y)
+        for i in range(first + 1, first + link[n, COUNT] + 1):
+            z, kept = answer[i], work.kept_moving[i]
+            for k in range(b):
+                z[k] = answer[i - 1, k]
+            turn_vector_back(kept, z, planar)
+            for k in range(b):
+                f[b + k] = z[k]
+            for k in range(b - 1, -1, -1):
+                f[k] = 0.0
+                if index[i, k] < 0:
+                    continue
+                row = work.pivot[i * b + k]
+                total = 0.0
+                for j in range(k + 1, 2 * b):
+                    total += row[j] * f[j]
+                f[k] = out[index[i, k]] - row[2 * b] * total
+                out[index[i, k]] = f[k]
+            s, p = kept[KEPT_TURN : KEPT_TURN + 15], kept[KEPT_MOMENT : KEPT_MOMENT + 9]
+            if planar:
+                z[0] += f[0]
+                z[1] += p[0] * f[2]
+                z[2] += f[1] + f[2]
+            else:
+                z[0] += f[0]
+                for k in range(1, 3):
+                    z[k] += p[k] * f[3] + p[3 + k] * f[4] + p[6 + k] * f[5]
+                for k in range(3):
+                    for j in range(5):
+                        z[3 + k] += s[3 * j + k] * f[1 + j]
+            shift_answer(kept, z, planar)
