@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .by_reference import by_reference
+from .reduced_chain import buffer_length
 
 # columns of Chain.link
 KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES, MOTOR = range(10)
@@ -52,6 +53,7 @@ class Chain(NamedTuple):
     dofs: tuple[int, ...]  # of a node in space, B of them
     loops: tuple[int, ...]  # (their number,), or () where there are none
     co_moving: tuple[int, ...]  # (1,) where frames follow the elements, else ()
+    reduction: tuple[int, ...]  # (1,) where links are reduced to modes, else ()
     link: np.ndarray  # (L, 10) int64
     joint: np.ndarray  # (L, 16)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
@@ -68,6 +70,8 @@ class Chain(NamedTuple):
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
+    reduced: np.ndarray  # (L, 12) int64: links that are one element with modes, see reduced_chain.py
+    modal: np.ndarray  # their constants
 
 
 class Workspace(NamedTuple):
@@ -113,6 +117,7 @@ class Workspace(NamedTuple):
     section_answer: np.ndarray  # (N, B)
     pair: np.ndarray  # (4, 2, B): rows of one element's two nodes
     carrier: np.ndarray  # (2, B, B)
+    modal: np.ndarray  # buffers of the reduced links, see reduced_chain.py
 
 
 class Robot(NamedTuple):
@@ -177,5 +182,6 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         section_answer=np.zeros((own, b)),
         pair=np.zeros((4, 2, b)),
         carrier=np.zeros((2, b, b)),
+        modal=np.zeros(buffer_length(chain.reduced, b)),
     )
     return by_reference(buffers._replace(**shared))

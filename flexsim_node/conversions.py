@@ -23,7 +23,6 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, PointCloud2, PointField
 from simulation_interfaces.msg import EntityState
 
-from .chain import COUNT, FIRST
 from .commands import Commands
 from .effects import Decision
 from .link_motion import LinkMotion
@@ -164,9 +163,9 @@ def elastic_layout(model: Model) -> ElasticLayout:
     message.node_names = list(model.node_names)
     message.node_link = [int(n) for n in model.node_link]
     for n, link in enumerate(model.scene.links):
-        first, count = (int(k) for k in model.chain.link[n, [FIRST, COUNT]])
+        first, last = int(model.first_node[n]), int(model.first_node[n + 1]) - 1
         width, depth = equivalent_rectangle(link.beam) if link.beam else (0.0, 0.0)
-        for i in range(first, first + count):
+        for i in range(first, last):
             message.segments.extend((i, i + 1))
             message.segment_width.append(width)
             message.segment_depth.append(depth)

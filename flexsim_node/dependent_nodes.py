@@ -6,13 +6,23 @@ node and of the node before.
 
 from __future__ import annotations
 
+from .chain import COUNT, FIRST
 from .kernel import kernel
+from .reduced_chain import ROWS
 
 
 @kernel
-def own_nodes(chain, first, count, y, rows):
-    """Fill the nodal rows of a link after its start from the unknowns y and the dependencies."""
+def own_nodes(chain, n, y, rows):
+    """Fill the nodal rows of link n after its start from the unknowns y and the dependencies.
+
+    The modes of a reduced link follow its end, packed into rows of their own.
+    """
+    first, count = chain.link[n, FIRST], chain.link[n, COUNT]
     index, dependency = chain.unknown, chain.dependency
+    end = first + count + 1
+    for i in range(end, end + chain.reduced[n, ROWS]):
+        for k in range(len(chain.dofs)):
+            rows[i, k] = y[index[i, k]] if index[i, k] >= 0 else 0.0
     b = len(chain.dofs)
     for i in range(first + 1, first + count + 1):
         dependent = False
@@ -34,9 +44,15 @@ def own_nodes(chain, first, count, y, rows):
 
 
 @kernel
-def fold_forces(chain, first, count, force, out):
-    """Add forces on a link's nodes after its start to those of their unknowns, or of what they depend on."""
+def fold_forces(chain, n, force, out):
+    """Add forces on link n's nodes after its start to those of their unknowns, or of what they depend on."""
+    first, count = chain.link[n, FIRST], chain.link[n, COUNT]
     index, dependency = chain.unknown, chain.dependency
+    end = first + count + 1
+    for i in range(end, end + chain.reduced[n, ROWS]):
+        for k in range(len(chain.dofs)):
+            if index[i, k] >= 0:
+                out[index[i, k]] += force[i, k]
     b = len(chain.dofs)
     for i in range(first + count, first, -1):
         for k in range(b):

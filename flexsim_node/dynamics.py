@@ -8,7 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import co_moving, co_moving_loads, planar_beam, rigid_body, spatial_beam
+from . import (
+    co_moving,
+    co_moving_loads,
+    planar_beam,
+    planar_reduced_beam,
+    rigid_body,
+    spatial_beam,
+    spatial_reduced_beam,
+)
 from .chain import (
     ACCELERATION,
     ALPHA,
@@ -38,6 +46,7 @@ from .chain import (
 from .external import external_forces
 from .kernel import kernel
 from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
+from .reduced_chain import MODES
 
 
 @kernel
@@ -102,6 +111,46 @@ def stiffness_force(dofs, e, d, rows, i, scale, force):
 
 
 @kernel
+def reduced_forces(reduction, dofs, chain, work, n):
+    """The same of link n as a whole, where it is reduced to modes; False where it is not."""
+    if len(reduction) == 0:
+        return False
+    size, e, f = chain.reduced[n], chain.element[chain.link[n, FIRST_ELEMENT]], work.frame[n]
+    if size[MODES] < 0:
+        return False
+    d, v, a = work.node[DISPLACEMENT], work.node[RATE], work.node[ACCELERATION]
+    first, force, wrench = chain.link[n, FIRST], work.force, work.wrench[n]
+    alpha, beta = chain.setting[ALPHA], chain.setting[BETA]
+    coriolis, spin = chain.setting[CORIOLIS] > 0.0, chain.setting[SPIN] > 0.0
+    data, own, t = chain.modal, work.modal, work.scratch
+    if len(dofs) == 3:
+        planar_reduced_beam.forces(
+            size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, force, wrench
+        )
+    else:
+        spatial_reduced_beam.forces(
+            size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, force, wrench, t
+        )
+    return True
+
+
+@kernel
+def reduced_stiffness(reduction, dofs, chain, work, n, rows, scale):
+    """`stiffness_force` of link n as a whole, where it is reduced to modes; False where it is not."""
+    if len(reduction) == 0:
+        return False
+    size, e, first = chain.reduced[n], chain.element[chain.link[n, FIRST_ELEMENT]], chain.link[n, FIRST]
+    if size[MODES] < 0:
+        return False
+    d, force, data, own = work.node[DISPLACEMENT], work.force, chain.modal, work.modal
+    if len(dofs) == 3:
+        planar_reduced_beam.stiffness_product(size, data, own, e, d, rows, first, scale, force)
+    else:
+        spatial_reduced_beam.stiffness_product(size, data, own, e, d, rows, first, scale, force, work.scratch)
+    return True
+
+
+@kernel
 def link_forces(chain, work):
     """Inertia, elastic and damping forces of every element and body, at the placed and moving nodes."""
     link, element = chain.link, chain.element
@@ -114,7 +163,8 @@ def link_forces(chain, work):
     wrench[:] = 0.0
     for n in range(link.shape[0]):
         f, first, start = work.frame[n], link[n, FIRST], link[n, FIRST_ELEMENT]
-        for k in range(link[n, COUNT]):
+        whole = reduced_forces(chain.reduction, chain.dofs, chain, work, n)
+        for k in range(0 if whole else link[n, COUNT]):
             e, i = element[start + k], first + k + 1
             element_force(chain.dofs, e, f, d, v, a, i, chain.setting, force, wrench[n], work.scratch)
         for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
@@ -201,6 +251,8 @@ def stiffness_times_erls(chain, work, y, scale, out):
     force[:] = 0.0
     work.wrench[:] = 0.0
     for n in range(link.shape[0]):
+        if reduced_stiffness(chain.reduction, chain.dofs, chain, work, n, rows, scale):
+            continue
         for k in range(link[n, COUNT]):
             e, i = element[link[n, FIRST_ELEMENT] + k], link[n, FIRST] + k + 1
             stiffness_force(chain.dofs, e, d, rows, i, scale, force)

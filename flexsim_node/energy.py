@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import co_moving_view, planar_beam, rigid_body, spatial_beam
+from . import (
+    co_moving_view,
+    planar_beam,
+    planar_reduced_beam,
+    rigid_body,
+    spatial_beam,
+    spatial_reduced_beam,
+)
 from .beam import LENGTH, MASS, STIFFENING, stiffening_energy
 from .chain import (
     BODIES,
@@ -29,6 +36,8 @@ from .chain import (
 )
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
+from .reduced_chain import BUFFER, MODES, TENSIONS, constant_places
+from .reduced_link import slope_energy
 from .spatial_kinematics import to_child
 
 
@@ -66,6 +75,41 @@ def element_coupling(dofs, e, d, i, coupling, inertia, t):
         planar_beam.inertia_coupling(e, d, i, coupling, inertia)
     else:
         spatial_beam.inertia_coupling(e, d, i, coupling, inertia, t)
+
+
+@allocating_kernel
+def modal_energy(chain, work, n, d, rate, w, out):
+    """Add a reduced link's modes to kinetic and linear elastic energy; their coupling is in their rows."""
+    size, data, first, b = chain.reduced[n], chain.modal, chain.link[n, FIRST], len(chain.dofs)
+    places, width = constant_places(size, b), 3 * b + size[TENSIONS] + 1
+    for i in range(size[MODES]):
+        z, speed = d[first + 2 + i // b, i % b], rate[first + 2 + i // b, i % b]
+        momentum = 0.5 * data[places[5] + i] * speed
+        for k in range(b):
+            coupling = work.modal[size[BUFFER] + i * width + 2 * b + k]
+            momentum += coupling * (w[5] if b == 3 and k == 2 else w[k])
+            momentum += data[places[7] + 2 * b * i + k] * rate[first + 1, k]
+            momentum += data[places[7] + 2 * b * i + b + k] * rate[first, k]
+        out[0] += momentum * speed
+        out[1] += 0.5 * data[places[6] + i] * z * z
+
+
+@allocating_kernel
+def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia, t, out):
+    """`element_coupling` of a link that is reduced to modes, and their energy; False where it is not."""
+    if len(reduction) == 0:
+        return False
+    size, e, d = chain.reduced[n], chain.element[chain.link[n, FIRST_ELEMENT]], work.node[DISPLACEMENT]
+    if size[MODES] < 0:
+        return False
+    data, own, first = chain.modal, work.modal, chain.link[n, FIRST]
+    if len(dofs) == 3:
+        planar_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, inertia)
+    else:
+        spatial_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, inertia, t)
+    modal_energy(chain, work, n, d, rate, w, out)
+    out[1] += slope_energy(size, data, own, d, first, len(dofs), size[TENSIONS])[0]
+    return True
 
 
 @allocating_kernel
@@ -115,7 +159,10 @@ def energy_erls(chain, work, x, v, out):
             m, i = link[n, FIRST_ELEMENT] + k, link[n, FIRST] + k + 1
             e = chain.element[m]
             inertia[:] = 0.0
-            element_coupling(chain.dofs, e, d, i, coupling, inertia, t)
+            if not reduced_coupling(
+                chain.reduction, chain.dofs, chain, work, n, rate, w, coupling, inertia, t, out
+            ):
+                element_coupling(chain.dofs, e, d, i, coupling, inertia, t)
             for h in range(b):
                 twist_h = w[5] if planar and h == 2 else w[h]
                 full_h = 5 if planar and h == 2 else h

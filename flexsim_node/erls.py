@@ -60,14 +60,19 @@ def zeroed_directions(scene: Scene, driven: tuple[str, ...]) -> list[dict[tuple[
             if np.linalg.norm(across) > 1e-6:
                 if (effects.bending_z or not across[1]) and (effects.bending_y or not across[2]):
                     direction[:3] = across / np.linalg.norm(across)
-                    found[n][beam.elements, 1] = direction
+                    found[n][end_node(scene, link), 1] = direction
                     continue
             elif effects.torsion:
                 direction[3] = 1.0
-                found[n][beam.elements, 3] = direction
+                found[n][end_node(scene, link), 3] = direction
                 continue
         found[n][0, 5] = np.zeros(6)
     return found
+
+
+def end_node(scene: Scene, link: Link) -> int:
+    """Number of a beam's last node as the equations count: a reduced link is one element."""
+    return 1 if scene.modes_of(link) is not None or link.beam is None else link.beam.elements
 
 
 def listed_directions(scene: Scene, found: list[dict[tuple[int, int], np.ndarray]]) -> None:
@@ -117,7 +122,7 @@ def listed_directions(scene: Scene, found: list[dict[tuple[int, int], np.ndarray
             raise SceneError(f"{where}: dof {entry.dof} belongs to an effect that is off; give another")
         if (entry.node, dof) in found[n]:
             raise SceneError(f"{where}: is listed twice; give one dof a joint")
-        found[n][entry.node, dof] = direction
+        found[n][min(entry.node, end_node(scene, link)), dof] = direction
 
 
 def erls_condition(chain: Chain, zeroed: list[dict[tuple[int, int], np.ndarray]], q: np.ndarray) -> float:

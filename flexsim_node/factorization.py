@@ -10,7 +10,15 @@ tip to the base, each link's joint last (the articulated-body idea, with elastic
 
 from __future__ import annotations
 
-from . import co_moving_elimination, planar_beam, rigid_body, spatial_beam
+from . import (
+    co_moving_elimination,
+    planar_beam,
+    planar_reduced_beam,
+    reduced_link,
+    rigid_body,
+    spatial_beam,
+    spatial_reduced_beam,
+)
 from .beam import STIFFENING
 from .chain import (
     AXIS,
@@ -36,6 +44,7 @@ from .chain import (
 from .interface import hand_load, hand_over, hand_over_planar, take_answer
 from .kernel import kernel
 from .kinematics import spatial_row
+from .reduced_chain import MODES
 
 
 @kernel
@@ -168,6 +177,55 @@ def element_terms(dofs, e, d, i, scale, coupling, row, scratch, w):
 
 
 @kernel
+def reduced_terms(reduction, dofs, chain, work, n, w):
+    """`element_terms` of link n as a whole, where it is reduced to modes; False where it is not."""
+    if len(reduction) == 0:
+        return False
+    size, e, d = chain.reduced[n], chain.element[chain.link[n, FIRST_ELEMENT]], work.node[DISPLACEMENT]
+    if size[MODES] < 0:
+        return False
+    data, own, first = chain.modal, work.modal, chain.link[n, FIRST]
+    b, coupling, scale = len(dofs), work.coupling, work.scale[0]
+    if len(dofs) == 3:
+        planar_reduced_beam.modal_rows(size, data, own, e, d, first, scale, coupling, w)
+    else:
+        spatial_reduced_beam.modal_rows(size, data, own, e, d, first, scale, coupling, w, work.scratch)
+    for j in range(b):
+        for k in range(b):
+            w[j, 2 * b + k] += coupling[b + j, k]
+            w[b + j, 2 * b + k] += coupling[j, k]
+    return True
+
+
+@kernel
+def eliminate_modes(reduction, chain, work, n, w):
+    """Eliminate a reduced link's modes from the front; False where a pivot is not positive."""
+    if len(reduction) == 0:
+        return True
+    return reduced_link.eliminate_modes(chain.reduced[n], work.modal, len(chain.dofs), w)
+
+
+@kernel
+def modal_loads(reduction, chain, work, n, rhs, out, f):
+    """First half of `solve` for the modes of link n, where it is reduced."""
+    if len(reduction) == 0:
+        return
+    size, first = chain.reduced[n], chain.link[n, FIRST]
+    if size[MODES] >= 0:
+        reduced_link.forward(size, work.modal, chain.unknown, first, len(chain.dofs), rhs, out, f)
+
+
+@kernel
+def modal_answers(reduction, chain, work, n, f, z, out):
+    """Second half of `solve` for the modes of link n, where it is reduced."""
+    if len(reduction) == 0:
+        return
+    size, first, b = chain.reduced[n], chain.link[n, FIRST], len(chain.dofs)
+    if size[MODES] >= 0:
+        reduced_link.backward(size, work.modal, chain.unknown, first, b, f[b : 2 * b], z, out)
+
+
+@kernel
 def hand_matrix(dofs, chain, work, n, z):
     """Add what is left of link n, over (start node, A), to its parent's interface."""
     if len(dofs) == 3:
@@ -256,11 +314,15 @@ def factorize_erls(chain, work):
         for i in range(first + count, first, -1):
             m = link[n, FIRST_ELEMENT] + i - first - 1
             e = chain.element[m]
-            element_terms(chain.dofs, e, d, i, work.scale[0], work.coupling, work.row[4], work.scratch, w)
+            whole = reduced_terms(chain.reduction, chain.dofs, chain, work, n, w)
+            if not whole:
+                element_terms(chain.dofs, e, d, i, work.scale[0], work.coupling, work.row[4], work.scratch, w)
             full = work.iteration[m]
             for j in range(2 * b):
                 for k in range(j, 2 * b):
                     w[j, k] += full[j, k]
+            if whole and not eliminate_modes(chain.reduction, chain, work, n, w):
+                return n + 1
             if link[n, BODIES] > 0:
                 add_bodies(chain, work, n, i, w, b)
             for p in range(b):
@@ -376,6 +438,7 @@ def solve_erls(chain, work, rhs, out):
             f[k] = load[n, k]
             f[b + k] = 0.0
             f[2 * b + k] = load[n, b + k]
+        modal_loads(chain.reduction, chain, work, n, rhs, out, f)
         for i in range(first + count, first, -1):
             for p in range(b):
                 if index[i, p] < 0:
@@ -479,5 +542,6 @@ def solve_erls(chain, work, rhs, out):
                     f[p] = total
             for k in range(b):
                 f[b + k] = f[k]
+        modal_answers(chain.reduction, chain, work, n, f, z, out)
         for k in range(b):
             z[k] = f[b + k]

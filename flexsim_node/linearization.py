@@ -11,8 +11,10 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, eigh, expm
 
 from .assembly import Assembly
+from .chain import COUNT, FIRST
 from .linear_outputs import linear_outputs
 from .model import Model, build_model
+from .reduced_chain import MODES, ROWS
 from .schema import Scene
 from .simulation import joint_index
 from .statics import check_position, rest_shape, unknowns_at
@@ -262,7 +264,10 @@ def torque_directions(model: Model) -> np.ndarray:
 
 
 def unknown_names(model: Model) -> list[str]:
-    """(n,) joints by name, their own elastic rotations, nodal dofs as link/node/component in beam axes."""
+    """(n,) joints by name, their own elastic rotations, nodal dofs as link/node/component in beam axes.
+
+    The modes of a reduced link are link/mode_1 and so on.
+    """
     names = [""] * model.unknowns
     for k, joint in enumerate(model.scene.joint_names):
         names[k] = joint
@@ -270,9 +275,17 @@ def unknown_names(model: Model) -> list[str]:
             names[model.turn[k]] = f"{joint}/turn"
         if model.motor[k] >= 0:
             names[k], names[model.motor[k]] = f"{joint}/link", joint
-    components = CO_MOVING_COMPONENTS if model.chain.co_moving else COMPONENTS
-    for node, row in enumerate(model.chain.unknown):
-        for dof, k in zip(model.chain.dofs, row, strict=True):
-            if k >= 0:
-                names[k] = f"{model.node_names[node]}/{components[dof]}"
+    chain = model.chain
+    components = CO_MOVING_COMPONENTS if chain.co_moving else COMPONENTS
+    for n, link in enumerate(model.scene.links):
+        first, end = chain.link[n, FIRST], chain.link[n, FIRST] + chain.link[n, COUNT] + 1
+        nodes = model.node_names[model.first_node[n] : model.first_node[n + 1]]
+        for node, row in zip(nodes if chain.reduced[n, MODES] < 0 else nodes[:: len(nodes) - 1],
+                             chain.unknown[first:end], strict=True):  # fmt: skip
+            for dof, k in zip(chain.dofs, row, strict=True):
+                if k >= 0:
+                    names[k] = f"{node}/{components[dof]}"
+        modes = chain.unknown[end : end + chain.reduced[n, ROWS]].ravel()
+        for mode, k in enumerate(modes[modes >= 0]):
+            names[k] = f"{link.name}/mode_{mode + 1}"
     return names

@@ -31,6 +31,7 @@ from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
 from .effects import Decision, resolve_effects
 from .erls import beam_axes, erls_condition, rotation_x, zeroed_directions
 from .loops import closing_equations, flat
+from .reduction import ReducedLink, reduce_link, reduced_links
 from .rigid_body import body_vectors, pseudo_inertia
 from .scene import Scene, SceneError
 from .schema import Erls, Link, Payload
@@ -52,6 +53,7 @@ class Model:
     planar : three dofs a node instead of six
     axes : (L, 3, 3), columns are the beam axes in the link's frame
     node_link : (N,) link of every node; node_names : (N,)
+    first_node : (L + 1,) where each link's nodes start among these; station : (N,) their distance along it, m
     joint_links : (m,) link at whose start each joint sits
     actuated : (m,) bool, which joints have a motor
     turn : (m,) unknown of the joint's own elastic rotation, or -1 (joint angle = q + that)
@@ -69,6 +71,8 @@ class Model:
     axes: np.ndarray
     node_link: np.ndarray
     node_names: tuple[str, ...]
+    first_node: np.ndarray
+    station: np.ndarray
     joint_links: np.ndarray
     turn: np.ndarray
     actuated: np.ndarray
@@ -290,6 +294,8 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
     body_masses: list[np.ndarray] = []
     body_nodes: list[int] = []
     places: list[float] = []
+    stations: list[float] = []
+    reductions: dict[int, ReducedLink] = {}
     node_link: list[int] = []
     node_names: list[str] = []
     joint_links: list[int] = []
@@ -322,7 +328,9 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         if effects.rotor_inertia:
             joint_table[n, 11] = joint.rotor_inertia * joint.gear_ratio**2
         flexible = link.flexible and link.beam is not None
-        count = link.beam.elements if flexible and link.beam else (1 if length > 0.0 else 0)
+        pieces = link.beam.elements if flexible and link.beam else (1 if length > 0.0 else 0)
+        modes = scene.modes_of(link)
+        count = pieces if modes is None else 1
         first = len(index)
         q = phi = motor = -1
         if kind != FIXED:
@@ -338,6 +346,10 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
             motors.append(motor)
         link_table[n] = kind, q, phi, first, count, len(elements), parent, len(bodies), 0, motor
         step = length / count if count else 0.0
+        for i in range(pieces + 1):
+            node_link.append(n)
+            node_names.append(f"{link.name}/{i}")
+            stations.append(i * length / max(pieces, 1))
         free = [
             flexible and bool(on)
             for on in (
@@ -350,8 +362,6 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
             )
         ]
         for i in range(count + 1):
-            node_link.append(n)
-            node_names.append(f"{link.name}/{i}")
             places.append(i * step)
             row = np.full(6, -1, dtype=np.int64)
             depends = np.zeros((6, 12))
@@ -374,8 +384,20 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
                 row[row == -2] = -1
             index.append(row[dofs])
             dependency.append(depends[np.ix_(dofs, both)])
+        if modes is not None:
+            reductions[n] = reduction_of(scene, link, length, modes, free, planar)
+            for i in range(0, len(reductions[n].modal_mass), b):
+                row = np.full(b, -1, dtype=np.int64)
+                here = min(b, len(reductions[n].modal_mass) - i)
+                row[:here] = range(unknowns, unknowns + here)
+                unknowns += here
+                index.append(row)
+                dependency.append(np.zeros((b, 2 * b)))
+                places.append(0.0)
         for i in range(count):
             values = element_row(scene, link, i, step, flexible)
+            if modes is not None:
+                values[STIFFENING] = 0.0
             mass, stiffness = element_matrices(values)
             mass, stiffness = mass[np.ix_(both, both)], stiffness[np.ix_(both, both)]
             if moving_frames:
@@ -409,10 +431,12 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
     closing, anchor = closing_equations(scene, axes, planar)
     at_chords = scene.erls.zeroed in ("chord", "auto") and not driven and not moving_frames
     size = b if moving_frames else 2 * b
+    reduced, modal = reduced_links(reductions, links, dofs)
     chain = Chain(
         dofs=tuple(dofs),
         loops=(len(scene.loops),) if scene.loops else (),
         co_moving=(1,) if moving_frames else (),
+        reduction=(1,) if reductions else (),
         link=link_table,
         joint=joint_table,
         rotation=rotation,
@@ -431,8 +455,10 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         limit=limits[:3].copy(),
         closing=closing,
         anchor=anchor,
+        reduced=reduced,
+        modal=modal,
     )
-    for array in chain[3:]:
+    for array in chain[4:]:
         array.setflags(write=False)
     chain = by_reference(chain)
     model = Model(
@@ -444,6 +470,8 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         axes=axes,
         node_link=np.array(node_link),
         node_names=tuple(node_names),
+        first_node=np.searchsorted(node_link, range(links + 1)),
+        station=np.array(stations),
         joint_links=np.array(joint_links, dtype=np.int64),
         turn=np.array(turns, dtype=np.int64),
         actuated=np.array([joint.actuated for joint in scene.joints]),
@@ -459,6 +487,27 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
             " the zeroed dofs don't hold every joint; give root, or for each joint a dof that turns with it"
         )
     return model
+
+
+def reduction_of(
+    scene: Scene, link: Link, length: float, modes: int, free: list[bool], planar: bool
+) -> ReducedLink:
+    """Reduce a link to its ends and `modes` modes; refused where it has fewer dofs between its ends."""
+    assert link.beam is not None
+    count, flat = link.beam.elements, planar or is_planar(scene)
+    most = (count - 1) * sum(free[k] for k in (PLANAR_DOFS if flat else range(6)))
+    if modes > most:
+        raise SceneError(
+            f"{scene.name}: reduction.modes: is {modes}, but {link.name} has {most} dofs between its ends"
+            f" ({count} elements{' in the plane' if flat else ''}); give at most {most}, or more elements"
+        )
+    rows = np.array([element_row(scene, link, i, length / count, True) for i in range(count)])
+    masses, stiffnesses = zip(*(element_matrices(row) for row in rows), strict=True)
+    whole = element_row(scene, link, 0, length, True)
+    stiffening = bool(whole[STIFFENING] > 0.0)
+    return reduce_link(
+        whole, rows, np.array(masses), np.array(stiffnesses), modes, free, planar, flat, stiffening
+    )
 
 
 def body_mass(matrix: np.ndarray) -> np.ndarray:

@@ -5,36 +5,39 @@ from __future__ import annotations
 import numpy as np
 
 from . import co_moving_view
-from .chain import COUNT, DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
+from .chain import DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
 from .kernel import kernel
 from .kinematics import place, spatial_row
+from .reduced_chain import MODES
+from .reduced_link import recover
 
 
 @kernel
-def observe(chain, work, axes, x, position, rigid_position, displacement, pose):
+def observe(chain, work, axes, shown, station, x, position, rigid_position, displacement, pose):
     """Write node positions, those of the rigid links (N, 3) and displacements (N, 6) in link frames.
 
+    shown (L + 1,) says where each link's nodes start in these arrays, station (N,) how far they are along it.
     pose (L, 12) gets each body frame's origin and rotation (row-wise) in the base frame.
     """
     place(chain, work, x)
-    observe_as(chain.co_moving, chain, work, axes, position, rigid_position, displacement, pose)
+    observe_as(
+        chain.co_moving, chain, work, axes, shown, station, position, rigid_position, displacement, pose
+    )
 
 
 @kernel
-def observe_as(co, chain, work, axes, position, rigid_position, displacement, pose):
+def observe_as(co, chain, work, axes, shown, station, position, rigid_position, displacement, pose):
     """observe for either formulation; the other one is not even compiled."""
     if len(co) > 0:
         co_moving_view.observe(chain, work, axes, position, rigid_position, displacement, pose)
     else:
-        observe_erls(chain, work, axes, position, rigid_position, displacement, pose)
+        observe_erls(chain, work, axes, shown, station, position, rigid_position, displacement, pose)
 
 
 @kernel
-def observe_erls(chain, work, axes, position, rigid_position, displacement, pose):
+def observe_erls(chain, work, axes, shown, station, position, rigid_position, displacement, pose):
     """observe for frames of the ERLS."""
     link, frame = chain.link, work.frame
-    planar = len(chain.dofs) == 3
-    d = work.node[DISPLACEMENT]
     r = work.row[0, 0:6]
     for n in range(link.shape[0]):
         f, parent = frame[n], link[n, PARENT]
@@ -54,10 +57,10 @@ def observe_erls(chain, work, axes, position, rigid_position, displacement, pose
                 p[i] = f[LEVER + i]
                 for k in range(3):
                     p[3 + 3 * i + k] = f[ROTATION + 3 * i + k]
-        for i in range(link[n, FIRST], link[n, FIRST] + link[n, COUNT] + 1):
-            spatial_row(d[i], planar, r)
+        for i in range(shown[n], shown[n + 1]):
+            shown_displacement(chain.reduction, chain, work, n, i - shown[n], r)
             for k in range(3):
-                rigid_position[i, k] = p[k] + p[3 + 3 * k] * chain.place[i]
+                rigid_position[i, k] = p[k] + p[3 + 3 * k] * station[i]
                 position[i, k] = rigid_position[i, k]
                 displacement[i, k] = 0.0
                 displacement[i, 3 + k] = 0.0
@@ -65,6 +68,17 @@ def observe_erls(chain, work, axes, position, rigid_position, displacement, pose
                     position[i, k] += p[3 + 3 * k + m] * r[m]
                     displacement[i, k] += axes[n, k, m] * r[m]
                     displacement[i, 3 + k] += axes[n, k, m] * r[3 + m]
+
+
+@kernel
+def shown_displacement(reduction, chain, work, n, i, out):
+    """Displacement (6,) of node i of link n, which is recovered from the modes where the link is reduced."""
+    planar = len(chain.dofs) == 3
+    if len(reduction) == 0 or chain.reduced[n, MODES] < 0:
+        spatial_row(work.node[DISPLACEMENT, chain.link[n, FIRST] + i], planar, out)
+    else:
+        recover(chain, work, n, i, DISPLACEMENT, work.row[1])
+        spatial_row(work.row[1], planar, out)
 
 
 class Observation:
@@ -77,8 +91,7 @@ class Observation:
         self.rigid_position = np.zeros((nodes, 3))
         self.displacement = np.zeros((nodes, 6))
         self.pose = np.zeros((links, 12))
-        last = model.chain.link[:, FIRST] + model.chain.link[:, COUNT]
-        self.ends = np.asarray(last)
+        self.ends = model.first_node[1:] - 1
 
     def look(self, work, x: np.ndarray) -> None:
         """Fill the buffers from the unknowns x."""
@@ -86,6 +99,8 @@ class Observation:
             self.model.chain,
             work,
             self.model.axes,
+            self.model.first_node,
+            self.model.station,
             x,
             self.position,
             self.rigid_position,

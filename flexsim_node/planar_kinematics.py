@@ -58,7 +58,7 @@ def place(chain, work, x):
             if link[n, PHI] >= 0:
                 rz += joint[n, AXIS + 2] * x[link[n, PHI]]
         d[first, 0], d[first, 1], d[first, 2] = ux, uy, rz
-        own_nodes(chain, first, link[n, COUNT], x, d)
+        own_nodes(chain, n, x, d)
 
 
 @kernel
@@ -89,7 +89,7 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
             if link[n, PHI] >= 0:
                 rz += axis * y[link[n, PHI]]
         rows[first, 0], rows[first, 1], rows[first, 2] = ux, uy, rz
-        own_nodes(chain, first, link[n, COUNT], y, rows)
+        own_nodes(chain, n, y, rows)
 
 
 @kernel
@@ -121,7 +121,7 @@ def gather(chain, work, out):
     force, wrench = work.force, work.wrench
     for n in range(link.shape[0] - 1, -1, -1):
         parent, first = link[n, PARENT], link[n, FIRST]
-        fold_forces(chain, first, link[n, COUNT], force, out)
+        fold_forces(chain, n, force, out)
         fx, fy, m = force[first, 0], force[first, 1], force[first, 2]
         if link[n, KIND] != FIXED:
             axis = joint[n, AXIS + 2]

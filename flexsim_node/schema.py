@@ -166,6 +166,12 @@ class Payload(_Part):
         return self
 
 
+class Reduction(_Part):
+    """Craig-Bampton: a link's ends and the lowest modes of the link with its ends held."""
+
+    modes: Annotated[int, Field(ge=0, strict=True)]
+
+
 class Link(_Part):
     """One link with the joint at its start; it hangs on the end of `parent`, by default the link before."""
 
@@ -175,6 +181,7 @@ class Link(_Part):
     joint: Joint = Joint()
     beam: Beam | None = None
     flexible: bool = True
+    reduction: Reduction | Literal[False] | None = None
     rigid: Payload | None = None
     payload: Payload = Payload()
 
@@ -544,6 +551,7 @@ class Scene(_Part):
     links: Annotated[tuple[Link, ...], Field(min_length=1)]
     loops: tuple[ClosingJoint, ...] = ()
     formulation: Literal["erls", "co_moving"] = "erls"
+    reduction: Reduction | None = None
     erls: Erls = Erls()
     initial: Initial = Initial()
     effects: Effects = Effects()
@@ -590,6 +598,11 @@ class Scene(_Part):
         """(L,) the link on whose end each link hangs, -1 for the base."""
         names = [BASE, *(link.name for link in self.links)]
         return tuple(names.index(k.parent) - 1 if k.parent else n - 1 for n, k in enumerate(self.links))
+
+    def modes_of(self, link: Link) -> int | None:
+        """Number of modes to which a link is reduced, or None: a link without its own follows the scene."""
+        own = self.reduction if link.reduction is None else link.reduction
+        return own.modes if own and link.beam is not None and link.flexible else None
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
@@ -664,12 +677,10 @@ class Scene(_Part):
                         f"is {str(switch).lower()}, but co-moving frames hold it by their geometry;"
                         " leave it on, or give formulation: erls",
                     )
-            for name in ("loops", "sensors"):
-                if getattr(self, name):
-                    raise Misplaced(
-                        (name,),
-                        "are simulated with formulation: erls only; give that one, or leave them out",
-                    )
+            given = [(name,) for name in ("loops", "sensors", "reduction") if getattr(self, name)]
+            given += [("links", n, "reduction") for n, link in enumerate(self.links) if link.reduction]
+            if given:
+                raise Misplaced(given[0], "takes formulation: erls; give that one, or leave it out")
         for n, zeroed in enumerate(self.erls.zeroed if isinstance(self.erls.zeroed, tuple) else ()):
             if zeroed.link not in names:
                 near = difflib.get_close_matches(zeroed.link, names, 1)
@@ -683,6 +694,13 @@ class Scene(_Part):
                 raise Misplaced(
                     ("erls", "zeroed", n, "node"),
                     f"is {zeroed.node}; the end of {zeroed.link} is node {beam.elements}",
+                )
+            reduced = self.modes_of(self.links[names.index(zeroed.link)]) is not None
+            if beam is not None and reduced and 0 < zeroed.node < beam.elements:
+                raise Misplaced(
+                    ("erls", "zeroed", n, "node"),
+                    f"is {zeroed.node}, inside {zeroed.link}, which is reduced to its ends and modes;"
+                    f" give 0 or {beam.elements}, or links.{names.index(zeroed.link)}.reduction: false",
                 )
         self._check_sensors(names)
         self._check_torque()

@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import planar_reduced_beam, spatial_reduced_beam
 from .acceleration import acceleration
 from .attitude import quaternion, turn_matrix, turn_rate
-from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, START
+from .beam import AXIAL, BEND_Y, BEND_Z, COLUMNS, LENGTH, SHEAR_Y, SHEAR_Z, START, squared_slope
 from .chain import (
     ACCELERATION,
     ALPHA,
@@ -33,6 +34,8 @@ from .kernel import kernel
 from .kinematics import accelerate, place, spatial_row
 from .model import Model
 from .observation import Observation
+from .reduced_chain import CENTRELINE, MODES, PIECES, TENSIONS, buffer_places
+from .reduced_link import elongation, recover
 from .scene import SceneError
 from .schema import Sensor
 from .station import inertia_between, interpolate, point_acceleration, section_forces
@@ -97,13 +100,15 @@ class Sensors:
         n = names.index(sensor.link) if sensor.link else len(names) - 1
         link = scene.links[n]
         at = sensor.place(link)
-        first, count = (int(k) for k in model.chain.link[n, [FIRST, COUNT]])
+        first, count, start = (int(k) for k in model.chain.link[n, [FIRST, COUNT, FIRST_ELEMENT]])
+        if model.chain.reduced[n, MODES] >= 0:
+            assert link.beam is not None
+            first, count, start = 0, link.beam.elements, 0  # numbers within the link
         element, node, xi = -1, first, 0.0
         if count:
             step = link.length / count
             k = min(int(at / step * (1.0 - 1e-12)), count - 1)
-            element = int(model.chain.link[n, FIRST_ELEMENT]) + k
-            node, xi = first + k + 1, at / step - k
+            element, node, xi = start + k, first + k + 1, at / step - k
         effects = scene.effects
         flexible = link.beam is not None and link.flexible
         strained = [
@@ -198,6 +203,62 @@ def in_link_axes(axes, vector, out):
 
 
 @kernel
+def beam_element(reduction, chain, n, m, e):
+    """Write the row of element m (of a reduced link, by its number within link n) into e (13,)."""
+    if len(reduction) == 0:
+        for k in range(COLUMNS):
+            e[k] = chain.element[m, k]
+        return
+    whole, at = chain.reduced[n, MODES] >= 0, chain.reduced[n, PIECES] + COLUMNS * m
+    for k in range(COLUMNS):
+        e[k] = chain.modal[at + k] if whole else chain.element[m, k]
+
+
+@kernel
+def node_row(reduction, chain, work, n, i, kind, out):
+    """Write node i (of a reduced link, by its number in it), displacement or rate, into out (6,)."""
+    planar = len(chain.dofs) == 3
+    if len(reduction) == 0 or chain.reduced[n, MODES] < 0:
+        spatial_row(work.node[kind, i], planar, out)
+    else:
+        recover(chain, work, n, i, kind, work.row[1])
+        spatial_row(work.row[1], planar, out)
+
+
+@kernel
+def stretch(reduction, dofs, chain, work, n, m, rows, rates):
+    """Give piece m of the reduced link n the elongation of the link's tension.
+
+    The squared slope shortens the pieces differently; the axial dofs that would follow are not among the
+    modes.
+    """
+    if len(reduction) == 0:
+        return
+    size, first, b = chain.reduced[n], chain.link[n, FIRST], len(dofs)
+    if size[TENSIONS] == 0:
+        return
+    d, v, own, piece = work.node[DISPLACEMENT], work.node[RATE], work.modal, work.row[2]
+    beam_element(reduction, chain, n, m, piece)
+    e, at, count = chain.element[chain.link[n, FIRST_ELEMENT]], buffer_places(size, b)[3], size[CENTRELINE]
+    if len(dofs) == 3:
+        planar_reduced_beam.centreline(e, size, d, first, 1.0, own[at : at + 3 * count])
+        planar_reduced_beam.centreline(e, size, v, first, 0.0, own[at + 3 * count : at + 6 * count])
+    else:
+        t = work.scratch
+        spatial_reduced_beam.centreline(e, size, d, first, 1.0, t, own[at : at + 3 * count])
+        spatial_reduced_beam.centreline(e, size, v, first, 0.0, t, own[at + 3 * count : at + 6 * count])
+    length, pieces = piece[LENGTH], e[LENGTH] / piece[LENGTH]
+    long, rate = elongation(size, chain.modal, own, d, v, first, b, m, pieces)
+    p, r, pv, rv = rows[0], rows[1], rates[0], rates[1]
+    y, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, piece[SHEAR_Z])
+    z, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, piece[SHEAR_Y])
+    r[0] = p[0] + long - 0.5 * length * (y + z)
+    rate -= length * (a0 * pv[1] + a1 * pv[5] + a2 * rv[1] + a3 * rv[5])
+    rate -= length * (b0 * pv[2] - b1 * pv[4] + b2 * rv[2] - b3 * rv[4])
+    rv[0] = pv[0] + rate
+
+
+@kernel
 def force_beyond(chain, work, n, rows, rates, accelerations, m, xi, c, t, load, out):
     """Stress resultants (6,) at a station of link n from the wrench of all that lies beyond it, link axes.
 
@@ -207,16 +268,18 @@ def force_beyond(chain, work, n, rows, rates, accelerations, m, xi, c, t, load, 
     planar = len(chain.dofs) == 3
     spatial_row(work.wrench[n], planar, out)
     # without what lies before the station
-    first = chain.link[n, FIRST_ELEMENT]
+    whole = chain.reduced[n, MODES] >= 0
+    first, node = (0, 1) if whole else (chain.link[n, FIRST_ELEMENT], chain.link[n, FIRST] + 1)
     alpha, coriolis = chain.setting[ALPHA], chain.setting[CORIOLIS] > 0.0
     if m >= 0:
         for k in range(first, m + 1):
-            i = chain.link[n, FIRST] + k - first + 1
-            for node in range(2):
-                spatial_row(work.node[DISPLACEMENT, i - 1 + node], planar, rows[node])
-                spatial_row(work.node[RATE, i - 1 + node], planar, rates[node])
-                spatial_row(work.node[ACCELERATION, i - 1 + node], planar, accelerations[node])
-            e, part, end = chain.element[k], xi if k == m else 1.0, t[6]
+            i = node + k - first
+            for p in range(2):
+                node_row(chain.reduction, chain, work, n, i - 1 + p, DISPLACEMENT, rows[p])
+                node_row(chain.reduction, chain, work, n, i - 1 + p, RATE, rates[p])
+                node_row(chain.reduction, chain, work, n, i - 1 + p, ACCELERATION, accelerations[p])
+            e, part, end = work.row[3], xi if k == m else 1.0, t[6]
+            beam_element(chain.reduction, chain, n, k, e)
             load[:] = 0.0
             inertia_between(
                 e, work.frame[n], rows, rates, accelerations, alpha, coriolis, True, part, t, load
@@ -257,18 +320,18 @@ def sense(chain, work, integers, reals, axes, pose, x, v, a, whole, torque, rhs,
         kind, n, i, m = integers[s, KIND], integers[s, LINK], integers[s, NODE], integers[s, ELEMENT]
         xi, at = reals[s, XI], reals[s, PLACE]
         out = values[integers[s, OUT] :]
-        frame = work.frame[n]
+        frame, e = work.frame[n], work.row[4]
         if m >= 0:
-            e = chain.element[m]
+            beam_element(chain.reduction, chain, n, m, e)
             for k in range(2):
-                spatial_row(node[DISPLACEMENT, i - 1 + k], planar, rows[k])
-                spatial_row(node[RATE, i - 1 + k], planar, rates[k])
-                spatial_row(node[ACCELERATION, i - 1 + k], planar, accelerations[k])
+                node_row(chain.reduction, chain, work, n, i - 1 + k, DISPLACEMENT, rows[k])
+                node_row(chain.reduction, chain, work, n, i - 1 + k, RATE, rates[k])
+                node_row(chain.reduction, chain, work, n, i - 1 + k, ACCELERATION, accelerations[k])
+            stretch(chain.reduction, chain.dofs, chain, work, n, m, rows, rates)
             interpolate(e, rows, xi, d)
             interpolate(e, rates, xi, dv)
             interpolate(e, accelerations, xi, da)
         else:
-            e = chain.element[0] if chain.element.shape[0] > 0 else reals[s]
             spatial_row(node[DISPLACEMENT, i], planar, d)
             spatial_row(node[RATE, i], planar, dv)
             spatial_row(node[ACCELERATION, i], planar, da)

@@ -107,7 +107,7 @@ def place(chain, work, x):
                 g[h + 2] = r[h] * a[1] - r[h + 1] * a[0]
         turn = x[link[n, PHI]] if link[n, PHI] >= 0 else 0.0
         write_start(a, turn, r, d[first])
-        own_nodes(chain, first, link[n, COUNT], x, d)
+        own_nodes(chain, n, x, d)
 
 
 @kernel
@@ -165,7 +165,7 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
                 r[k] += rate * f[BY_Q + k]
         turn = y[link[n, PHI]] if link[n, PHI] >= 0 else 0.0
         write_start(a, turn, r, rows[first])
-        own_nodes(chain, first, link[n, COUNT], y, rows)
+        own_nodes(chain, n, y, rows)
 
 
 @kernel
@@ -228,7 +228,7 @@ def gather(chain, work, out):
     for n in range(link.shape[0] - 1, -1, -1):
         f, a = frame[n], joint[n, AXIS : AXIS + 3]
         kind, parent, first = link[n, KIND], link[n, PARENT], link[n, FIRST]
-        fold_forces(chain, first, link[n, COUNT], force, out)
+        fold_forces(chain, n, force, out)
         for k in range(6):
             r[k] = force[first, k]
             w[k] = wrench[n, k]

@@ -6,12 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import co_moving_plane, co_moving_space, planar_beam, spatial_beam
+from . import (
+    co_moving_plane,
+    co_moving_space,
+    planar_beam,
+    planar_reduced_beam,
+    spatial_beam,
+    spatial_reduced_beam,
+)
 from .chain import BUCKLING, COUNT, DISPLACEMENT, FIRST, FIRST_ELEMENT, KIND, PRISMATIC, TIP, workspace
 from .dynamics import residual
 from .erls import erls_condition
 from .kinematics import place
 from .model import Model
+from .reduced_chain import MODES
 
 LOOK_PERIOD = 0.1  # s between looks at what the steps themselves do not watch
 # the watch's rows, then what is looked at now and then
@@ -115,9 +123,15 @@ def axial_loads(model: Model, work, x: np.ndarray) -> np.ndarray:
     d = work.node[DISPLACEMENT]
     tension = planar_beam.axial_force if model.planar else spatial_beam.axial_force
     rows = co_moving_plane.element_rows if model.planar else co_moving_space.element_rows
+    reduced_tension = (planar_reduced_beam if model.planar else spatial_reduced_beam).axial_force
     found = np.zeros(len(chain.link))
     for n, row in enumerate(chain.link):
-        if chain.joint[n, BUCKLING] > 0.0:
+        if chain.joint[n, BUCKLING] > 0.0 and chain.reduced[n, MODES] >= 0:
+            whole = chain.element[row[FIRST_ELEMENT]]
+            given = (chain.reduced[n], chain.modal, work.modal, whole, d, row[FIRST])
+            push = -reduced_tension(*given) if model.planar else -reduced_tension(*given, work.scratch)
+            found[n] = max(0.0, push / chain.joint[n, BUCKLING])
+        elif chain.joint[n, BUCKLING] > 0.0:
             for k in range(row[COUNT]):
                 i, nodes = row[FIRST] + k + 1, d
                 if chain.co_moving:

@@ -1,0 +1,59 @@
+"""How a chain's reduced links lie in memory: a table, a tape of constants and a tape of buffers.
+
+Passing an array to a compiled function costs as much as a few multiplications, so that there are few arrays;
+each reduced link has its own stretch of both tapes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .kernel import kernel
+
+# columns of Chain.reduced (L, 12) int64: nodal rows after the link's end that hold its modes; modes (-1: the
+# link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
+# centreline and of the rotation; where the constants, the shapes of the nodes and the elements' rows start
+# in Chain.modal, and the buffers in Workspace.modal
+ROWS, MODES, AXIALS, Y_MODES, Z_MODES, TENSIONS, CENTRELINE, ROTATION = range(8)
+DATA, SHAPE, PIECES, BUFFER = range(8, 12)
+COLUMNS = 12
+
+
+@kernel
+def constant_places(size, b):
+    """Where a link's constants start behind size[DATA].
+
+    mass (F, F), section (G, G), slope_y (T, 4 + Y, 4 + Y), slope_z (T, 4 + Z, 4 + Z), tension (T,),
+    modal mass and stiffness (P,), coupling of the modes with end and start node (P, 2b); and the end of all.
+    """
+    f, g, p, t = size[CENTRELINE], size[ROTATION], size[MODES], size[TENSIONS]
+    y, z = 4 + size[Y_MODES], 4 + size[Z_MODES]
+    section = size[DATA] + f * f
+    slope_y = section + g * g
+    slope_z = slope_y + t * y * y
+    tension = slope_z + t * z * z
+    mass = tension + t
+    stiffness = mass + p
+    coupling = stiffness + p
+    return size[DATA], section, slope_y, slope_z, tension, mass, stiffness, coupling, coupling + 2 * b * p
+
+
+@kernel
+def buffer_places(size, b):
+    """Where a link's buffers start behind size[BUFFER].
+
+    pivot rows (P + T, 3b + T + 1), front (3b + T), tensions at hand (1), centreline (4, 3 F), rotation
+    (8, 3 G), half the gradients of a squared slope in y and in z; and the end of all.
+    """
+    f, g, p, t = size[CENTRELINE], size[ROTATION], size[MODES], size[TENSIONS]
+    front = size[BUFFER] + (p + t) * (3 * b + t + 1)
+    active = front + 3 * b + t
+    centre = active + 1
+    turn = centre + 12 * f
+    slope = turn + 24 * g
+    return size[BUFFER], front, active, centre, turn, slope, slope + 2 * (4 + p)
+
+
+def buffer_length(table: np.ndarray, b: int) -> int:
+    """Length of Workspace.modal."""
+    return max((int(buffer_places(row, b)[-1]) for row in table if row[MODES] >= 0), default=0)
