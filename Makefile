@@ -46,7 +46,8 @@ demo: setup  ## the main job: a robot, a controller, a bag, pictures
 	$(VENV)/bin/flexsim demo
 
 test: setup $(TEST_STAMP)  ## the tests
-	$(VENV)/bin/python -m pytest
+	$(VENV)/bin/python -m pytest -n auto --maxprocesses 4 --dist loadfile -m "not alone"
+	$(VENV)/bin/python -m pytest -m alone
 
 lint: setup $(TEST_STAMP)  ## ruff and mypy
 	$(VENV)/bin/ruff check .

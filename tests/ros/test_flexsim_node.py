@@ -20,6 +20,7 @@ pytestmark = pytest.mark.ros
 START = [0.3, 0.8, -0.6]
 
 
+@pytest.mark.alone
 def test_it_steps_in_real_time(tmp_path: Path) -> None:
     """States come a millisecond of simulated time apart, none missing."""
     with robot(tmp_path, override__initial__position=START, wait_for_command=True) as arm:
