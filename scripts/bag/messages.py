@@ -58,10 +58,59 @@ class Messages:
             self.sequence[which],
         )
 
+    def compact(self) -> Messages:
+        """Return the same in a buffer that holds nothing else."""
+        ends = np.cumsum(self.size)
+        size = int(self.size[0]) if len(self) else 0
+        if (self.size == size).all():
+            buffer: NDArray[np.uint8] = np.array(window(self.buffer, self.start, size)).reshape(-1)
+        else:
+            buffer = np.frombuffer(b"".join(self.data()), dtype=np.uint8)
+        return Messages(buffer, ends - self.size, self.size, self.log_time, self.publish_time, self.sequence)
+
     def data(self) -> list[bytes]:
         """Return the CDR of each."""
         plain = self.buffer.data
         return [bytes(plain[a : a + n]) for a, n in zip(self.start.tolist(), self.size.tolist(), strict=True)]
+
+
+class Gathered:
+    """Messages that are taken up a few at a time, copied out of their buffers, and given together.
+
+    Whoever wants few messages of each chunk decodes many at once this way, and holds no chunk.
+
+    Parameters
+    ----------
+    most : int
+        So many are given together.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self._parts: list[Messages] = []
+        self._count = 0
+
+    def add(self, messages: Messages) -> Messages | None:
+        """Take up messages; all so far, where they are enough to be worked on."""
+        if len(messages):
+            self._parts.append(messages.compact())
+            self._count += len(messages)
+        return self.all() if self._count >= self.most else None
+
+    def all(self) -> Messages | None:
+        """Give all that wait; None where none do."""
+        parts, self._parts, self._count = self._parts, [], 0
+        if not parts:
+            return None
+        before = np.cumsum([0, *[len(part.buffer) for part in parts[:-1]]])
+        return Messages(
+            np.concatenate([part.buffer for part in parts]),
+            np.concatenate([part.start + at for part, at in zip(parts, before.tolist(), strict=True)]),
+            np.concatenate([part.size for part in parts]),
+            np.concatenate([part.log_time for part in parts]),
+            np.concatenate([part.publish_time for part in parts]),
+            np.concatenate([part.sequence for part in parts]),
+        )
 
 
 def of_list(data: list[bytes]) -> Messages:

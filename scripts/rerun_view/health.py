@@ -47,7 +47,13 @@ class HealthPlots:
         self._said: dict[str, tuple[int, str]] = {}
 
     def log(self, times: Sequence[float], messages: Sequence[Sequence[Status]]) -> None:
-        """Log what K messages say, each at its time, s."""
+        """Log what K messages say, each at its time, s; many at once are much quicker than one by one."""
+        rows: dict[str, list[tuple[float, dict[str, float]]]] = {}
+
+        def line(plot: str, time: float, values: dict[str, float]) -> None:
+            if values:
+                rows.setdefault(plot, []).append((time, values))
+
         for time, statuses in zip(times, messages, strict=True):
             values: dict[str, float] = {}
             valid: dict[str, float] = {}
@@ -62,10 +68,12 @@ class HealthPlots:
             step = {k: values[k] for k in STEP if k in values}
             if step and self.deadline is not None:
                 step["deadline"] = MICROSECONDS * self.deadline
-            self._lines("step_time", time, step)
+            line("step_time", time, step)
             for plot, keys in GROUPS.items():
-                self._lines(plot, time, {k: values[k] for k in keys if k in values})
-            self._lines("validity", time, valid)
+                line(plot, time, {k: values[k] for k in keys if k in values})
+            line("validity", time, valid)
+        for plot, some in rows.items():
+            self._lines(plot, some)
 
     def _tell(self, time: float, status: Status) -> None:
         """Log a status in words where it changes its level, or its words while it is not well."""
@@ -76,12 +84,11 @@ class HealthPlots:
             words = f"{status.name}: {status.message}"
             self.recording.log("robot/status", rr.TextLog(words, level=LEVELS.get(status.level, "WARN")))
 
-    def _lines(self, plot: str, time: float, values: dict[str, float]) -> None:
-        if not values:
-            return
+    def _lines(self, plot: str, some: list[tuple[float, dict[str, float]]]) -> None:
+        """Log K points of a plot's lines: time, s, and values by name."""
         names = self._names.get(plot)
         if names is None:
-            names = self._names[plot] = list(values)
+            names = self._names[plot] = list(some[0][1])
             colours = [
                 (214, 69, 60) if n == "deadline" else c
                 for n, c in zip(names, series(len(names)), strict=True)
@@ -90,13 +97,13 @@ class HealthPlots:
             self.recording.log(
                 f"health/{plot}", rr.SeriesLines(names=names, colors=colours, widths=widths), static=True
             )
-        row = np.array([values.get(name, np.nan) for name in names])
+        table = np.array([[values.get(name, np.nan) for name in names] for _, values in some])
         self.recording.send_columns(
             f"health/{plot}",
-            indexes=[rr.TimeColumn(TIMELINE, duration=[time])],
-            columns=rr.Scalars.columns(scalars=row).partition([len(row)]),
+            indexes=[rr.TimeColumn(TIMELINE, duration=[time for time, _ in some])],
+            columns=rr.Scalars.columns(scalars=table.ravel()).partition([len(names)] * len(some)),
         )
-        self.rows[f"health/{plot}"] = self.rows.get(f"health/{plot}", 0) + 1
+        self.rows[f"health/{plot}"] = self.rows.get(f"health/{plot}", 0) + len(some)
 
     def all_views(self) -> list[rrb.TimeSeriesView]:
         """Return all plots, also those that have nothing to show yet."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..bag import Bag, BagError
 from ..bag.diagnostics import TYPE as DIAGNOSTICS
 from ..bag.diagnostics import statuses
-from ..bag.messages import Messages
+from ..bag.messages import Gathered, Messages
 from ..bag.reader import Thinner
 from . import robot
 from .health import HealthPlots
@@ -33,6 +33,9 @@ MOST_PLOTTED = 500_000
 MOST_SPECTRA = 600
 # From so many states the range of the colours is found.
 LOOKED_AT = 400
+# Messages that are decoded together, since each time costs the same for one and for a thousand.
+DECODED = 1000
+SAID = 200
 # Rows that are logged together.
 TOGETHER = 20_000
 
@@ -100,6 +103,8 @@ class RobotConversion:
         self._tips: list[tuple[NDArray, dict[str, NDArray]]] = []
         self._joint_rows: list[tuple[NDArray, dict[str, NDArray]]] = []
         self._waiting: dict[str, int] = {}
+        self._states_read, self._joints_read = Gathered(DECODED), Gathered(DECODED)
+        self._diagnostics_read = Gathered(SAID)
         self._view: robot.RobotView | None = None
         if self.state is not None:
             if LAYOUT not in found:
@@ -149,6 +154,20 @@ class RobotConversion:
 
     def on_states(self, messages: Messages) -> None:
         """Log elastic states."""
+        if (enough := self._states_read.add(messages)) is not None:
+            self._take_states(enough)
+
+    def on_joints(self, messages: Messages) -> None:
+        """Log joint states."""
+        if (enough := self._joints_read.add(messages)) is not None:
+            self._take_joints(enough)
+
+    def on_diagnostics(self, messages: Messages) -> None:
+        """Log diagnostics."""
+        if (enough := self._diagnostics_read.add(messages)) is not None:
+            self._take_diagnostics(enough)
+
+    def _take_states(self, messages: Messages) -> None:
         assert self.state is not None
         decoder = self.bag.decoder(self.state)
         self._tips.append((self.bag.seconds(messages.log_time), decoder.columns(messages, TIP)))
@@ -160,8 +179,7 @@ class RobotConversion:
             if self._full("frames", len(shown), robot.FRAMES_PER_CHUNK):
                 self._log_frames()
 
-    def on_joints(self, messages: Messages) -> None:
-        """Log joint states."""
+    def _take_joints(self, messages: Messages) -> None:
         assert self.joints is not None
         decoder = self.bag.decoder(self.joints)
         if self._plots is None:
@@ -172,14 +190,20 @@ class RobotConversion:
         if self._full("joints", len(messages), TOGETHER):
             self._log_joints()
 
-    def on_diagnostics(self, messages: Messages) -> None:
-        """Log diagnostics."""
+    def _take_diagnostics(self, messages: Messages) -> None:
         said = [statuses(data) for data in messages.data()]
         self._health.log(self.bag.seconds(messages.log_time).tolist(), said)
         self.rows |= self._health.rows
 
     def finish(self) -> None:
         """Log what still waits."""
+        for read, take in (
+            (self._states_read, self._take_states),
+            (self._joints_read, self._take_joints),
+            (self._diagnostics_read, self._take_diagnostics),
+        ):
+            if (rest := read.all()) is not None:
+                take(rest)
         self._log_tips()
         self._log_frames()
         self._log_joints()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from flexsim.bag import Bag, BagError, BagWriter, qos
 from flexsim.bag.definitions import definition, type_hash
+from flexsim.bag.messages import Gathered
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -84,6 +85,29 @@ def test_messages_that_change_shape(tmp_path: Path) -> None:
     )
     with pytest.raises(BagError, match="length of 'position' changes"):
         bag.array("/joint_states", "position")
+
+
+def test_messages_gathered_from_many_chunks(tmp_path: Path) -> None:
+    """What is gathered a few at a time, in order and of any size, is what was written."""
+    path = tmp_path / "run"
+    with BagWriter(path) as bag:
+        joints = bag.add_topic("/joint_states", JOINTS)
+        for k in range(3000):
+            bag.write(joints, joint_state(k, ["a", "b"] if k % 700 else ["long name", "another"]), k)
+    bag = Bag(path)
+    gathered, found = Gathered(500), []
+    for messages in bag.read(["/joint_states"]):
+        some = messages["/joint_states"]
+        for first in range(0, len(some), 7):
+            enough = gathered.add(some[first : first + 7])
+            found += [] if enough is None else [enough]
+    found.append(gathered.all())
+    assert gathered.all() is None
+    assert all(500 <= len(part) < 507 for part in found[:-1])
+    decoder = bag.decoder("/joint_states")
+    position = np.concatenate([decoder.columns(part, ["position"])["position"] for part in found])
+    np.testing.assert_array_equal(position, np.arange(3000)[:, None] + np.arange(2) / 8)
+    np.testing.assert_array_equal(np.concatenate([part.log_time for part in found]), np.arange(3000))
 
 
 def test_wrong_words_say_what_is_right(tmp_path: Path) -> None:
