@@ -25,6 +25,7 @@ PROJECT_STAMP := $(VENV)/stamps/project
 KERNELS_STAMP := $(VENV)/stamps/kernels
 TEST_STAMP := $(VENV)/stamps/test
 
+CORES := -n auto --maxprocesses 4 --dist loadfile
 PIP_INSTALL := $(VENV)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps
 
 # The venv knows where it is and, if the caller names a Python, is checked against it.
@@ -46,7 +47,8 @@ demo: setup  ## the main job: a robot, a controller, a bag, pictures
 	$(VENV)/bin/flexsim demo
 
 test: setup $(TEST_STAMP)  ## the tests
-	$(VENV)/bin/python -m pytest -n auto --maxprocesses 4 --dist loadfile -m "not alone"
+	NUMBA_DISABLE_JIT=1 $(VENV)/bin/python -m pytest $(CORES) -m equations
+	$(VENV)/bin/python -m pytest $(CORES) -m "not equations and not alone"
 	$(VENV)/bin/python -m pytest -m alone
 
 lint: setup $(TEST_STAMP)  ## ruff and mypy

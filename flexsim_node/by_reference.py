@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from llvmlite import ir
-from numba import typeof, types
+from numba import config, typeof, types
 from numba.core import cgutils
 from numba.core.datamodel import models
 from numba.core.imputils import impl_ret_borrowed
@@ -53,7 +53,7 @@ class Reference:
 
 def by_reference(values: Values) -> Values:
     """What behaves as the named tuple of arrays, and is handed to kernels by reference."""
-    return cast(Values, Reference(values))
+    return values if config.DISABLE_JIT else cast(Values, Reference(values))
 
 
 @register_model(ReferenceType)

@@ -12,10 +12,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import llvmlite.binding as llvm
-from numba import njit, typeof
+from numba import config, njit, typeof
 from numba._dynfunc import make_function
 from numba.core.codegen import CPUCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -86,6 +86,8 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorator of a kernel: compiled for Python, kept on disk, and apart from that for other kernels."""
 
     def decorate(function: Callable[..., Any]) -> Any:
+        if config.DISABLE_JIT:
+            return function
         kernel = njit(cache=True, **options)(function)
         inner = njit(
             pipeline_class=CopiedCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options
@@ -107,6 +109,8 @@ allocating_kernel = compiled(fastmath=FAST, error_model="numpy", nogil=True)
 
 def entry(function: Any, *arguments: Any) -> Callable[..., Any]:
     """A kernel compiled for arguments of these types: it does not look at them anew, a microsecond a call."""
+    if config.DISABLE_JIT:
+        return cast(Callable[..., Any], function)
     compiled: Callable[..., Any] = function.compile(tuple(typeof(x) for x in arguments))
     return compiled
 

@@ -12,6 +12,7 @@ from flexsim_node.acceleration import acceleration
 from flexsim_node.modes import natural_frequencies
 from flexsim_node.simulation import Simulation
 
+pytestmark = pytest.mark.equations
 CO_MOVING = {"formulation": "co_moving"}
 CASES = [
     "planar",

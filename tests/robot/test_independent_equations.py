@@ -16,6 +16,7 @@ from flexsim_node.chain import workspace
 from flexsim_node.energy import energy
 from flexsim_node.model import build_model
 
+pytestmark = pytest.mark.equations
 INERTIA = [[0.02, 0.001, 0.002], [0.001, 0.03, -0.003], [0.002, -0.003, 0.025]]
 PAYLOAD = {"mass": 1.3, "center_of_mass": [0.02, 0.03, -0.04], "inertia": INERTIA}
 FLAT_BODY = {

@@ -88,6 +88,7 @@ CASES = {
 }
 
 
+@pytest.mark.equations
 @pytest.mark.parametrize("erls", ["root", "chord"])
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("build", "modes"), [(planar, 3), (spatial, 7)])
