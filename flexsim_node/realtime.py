@@ -217,6 +217,7 @@ class Loop:
                 self._in_force = self._zero
             stamp = 0 if time else now
             self._offset += stamp - self.time
+            self._next_report = 0  # the last one is of another state
             self.pace.start()
             self._publish(everything=True)
 

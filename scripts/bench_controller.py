@@ -141,13 +141,14 @@ def show(
             rows.append([
                 case, name, "lost" if s.lost else "ok",
                 f"{1e3 * s.tracking_rms:.2f}", f"{1e3 * s.final_error:.2f}", f"{1e3 * s.vibration:.2f}",
+                f"{s.settling:.2f}",
                 f"{s.effort_rms:.2f}", f"{s.effort_max:.1f}", f"{s.energy:.1f}",
                 sentence if name == next(iter(scores)) else "",
             ])  # fmt: skip
     print_table(
         f"Controllers of {robot}",
         ["case", "controller", "", "tracking rms, mrad", "at the end, mrad", "vibration, mm",
-         "torque rms, N m", "torque max, N m", "energy, J", "what"],
+         "settled after, s", "torque rms, N m", "torque max, N m", "energy, J", "what"],
         rows,
     )  # fmt: skip
     for name, delay in delays.items():

@@ -13,6 +13,8 @@ from ..controller.trajectory import Trajectory
 Array = NDArray[np.float64]
 # A run is lost where at its end a joint is off by more than this part of the longest way.
 LOST = 0.5
+# The tip has settled where it stays within this part of its way of where it comes to rest.
+SETTLED = 0.005
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,9 @@ class Score:
     ----------
     tracking_rms, tracking_max : joints' errors while it moves
     final_error : the largest joint error in the last tenth of the run
-    vibration : peak to peak of the tip about where it comes to rest, from 0.1 s after the move
+    vibration : peak to peak of the tip's deflection from the rigid robot's, in its main direction, from 0.1 s
+        after the move; how the joints come to rest is not in it
+    settling : s from the move's end until the tip stays within 0.5 % of its way of where it comes to rest
     effort_rms, effort_max, energy : torques, and the sum of what each motor put in or took out, J
     lost : whether it did not arrive
     """
@@ -52,6 +56,7 @@ class Score:
     tracking_max: float
     final_error: float
     vibration: float
+    settling: float
     effort_rms: float
     effort_max: float
     energy: float
@@ -75,17 +80,26 @@ def score(run: Recording, wanted: Trajectory, until: float) -> Score:
     final = float(np.abs(error[end]).max()) if end.any() else nothing
     vibration = nothing
     if settled.any():
-        tip = run.tip[settled] - run.tip[settled].mean(axis=0)
-        main = np.linalg.svd(tip, full_matrices=False)[2][0]  # the direction in which it swings most
-        vibration = float(np.ptp(tip @ main))
+        away = (run.tip - run.rigid_tip)[settled]
+        away = away - away.mean(axis=0)
+        main = np.linalg.svd(away, full_matrices=False)[2][0]  # the direction in which it swings most
+        vibration = float(np.ptp(away @ main))
     step = np.diff(run.time, prepend=run.time[:1])
     return Score(
         tracking_rms=float(np.sqrt(np.mean(error[moving] ** 2))) if moving.any() else nothing,
         tracking_max=float(np.abs(error[moving]).max()) if moving.any() else nothing,
         final_error=final,
         vibration=vibration,
+        settling=settling(run, float(wanted.time[-1]), end) if whole else nothing,
         effort_rms=float(np.sqrt(np.mean(run.effort**2))),
         effort_max=float(np.abs(run.effort).max()),
         energy=float(np.sum(np.abs(run.effort * run.velocity) * step[:, None])),
         lost=not whole or not final < LOST * way,
     )
+
+
+def settling(run: Recording, moved: float, end: NDArray[np.bool_]) -> float:
+    """How long after `moved`, s, the tip is still away from where it is in the end, on average."""
+    away = np.linalg.norm(run.tip - run.tip[end].mean(axis=0), axis=1)
+    late = run.time[away > SETTLED * away[0]]
+    return max(0.0, float(late[-1]) - moved) if len(late) else 0.0

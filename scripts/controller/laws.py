@@ -41,17 +41,32 @@ class Law(Protocol):
         """
 
 
-class Weight:
-    """The torques that carry the robot's weight along a trajectory, tabulated."""
+class Rest:
+    """The robot at rest along a trajectory, tabulated.
+
+    Attributes
+    ----------
+    torque : (PLACES, m) that carries the weight
+    deflection : (PLACES, 6) of the last link's end, m and rad in its frame
+    """
 
     def __init__(self, scene: Scene, trajectory: Trajectory) -> None:
-        way = np.linspace(trajectory.time[0], trajectory.time[-1], PLACES)
-        self.time = way
-        self.torque = np.array([static_equilibrium(scene, trajectory.at(t)[0]).torque for t in way])
+        self.time = np.linspace(trajectory.time[0], trajectory.time[-1], PLACES)
+        found = [static_equilibrium(scene, trajectory.at(t)[0]) for t in self.time]
+        self.torque = np.array([rest.torque for rest in found])
+        self.deflection = np.array([rest.node_displacement[-1] for rest in found])
 
-    def at(self, t: float) -> Vector:
-        """Torque (m,) at a time."""
-        return np.array([np.interp(t, self.time, column) for column in self.torque.T])
+    def at(self, t: float) -> tuple[Vector, Vector]:
+        """Torque (m,) and deflection (6,) at a time."""
+        place = (t - self.time[0]) / (self.time[-1] - self.time[0]) * (PLACES - 1)
+        place = min(max(place, 0.0), PLACES - 1.0)
+        k = min(int(place), PLACES - 2)
+        s = place - k
+        torque, deflection = self.torque, self.deflection
+        return (
+            (1.0 - s) * torque[k] + s * torque[k + 1],
+            (1.0 - s) * deflection[k] + s * deflection[k + 1],
+        )
 
 
 def servo(scene: Scene, position: Vector) -> tuple[Vector, Vector]:
@@ -87,7 +102,7 @@ class JointPd:
         self.trajectory = trajectory
         middle = trajectory.position[len(trajectory.time) // 2]
         self.stiffness, self.damping = servo(scene, middle)
-        self.weight = Weight(scene, trajectory)
+        self.rest = Rest(scene, trajectory)
 
     def wanted(self, t: float) -> tuple[Vector, Vector]:
         """Position and velocity to follow."""
@@ -97,7 +112,7 @@ class JointPd:
         """Torque for a state."""
         q, rate = self.wanted(t)
         return np.asarray(
-            self.weight.at(t) + self.stiffness * (q - position) + self.damping * (rate - velocity)
+            self.rest.at(t)[0] + self.stiffness * (q - position) + self.damping * (rate - velocity)
         )
 
 
@@ -124,17 +139,18 @@ class ShapedPd(JointPd):
 
 
 class Lqg:
-    """Linear-quadratic regulator on a Kalman filter, about the middle of the way.
+    """Linear-quadratic regulator on a Kalman filter.
 
     It measures the joints and the deflection of the last link's end, so that it knows how the links swing,
-    and damps what a joint servo does not see.
+    and damps what a joint servo does not see.  Its state is the deviation from the robot that rests where it
+    is wanted, so that none is left at the end of the way; the model is that of the middle of the way.
     """
 
     deflection = True
 
     def __init__(self, scene: Scene, trajectory: Trajectory, period: float) -> None:
         self.trajectory = trajectory
-        self.weight = Weight(scene, trajectory)
+        self.rest = Rest(scene, trajectory)
         middle = trajectory.position[len(trajectory.time) // 2]
         last = scene.links[-1]
         count = last.beam.elements if last.beam is not None and last.flexible else 1
@@ -147,8 +163,6 @@ class Lqg:
         advance, push = model.discretize(period)
         seen = slice(0, 2 * m + 6)
         self.output, self.direct = model.C[seen], model.D[seen]
-        self.rest = model.output[2 * m : 2 * m + 6]
-        self.middle, self.period = middle, period
         # Cost: the joints' errors and rates, against torque.
         stiffness, _ = servo(scene, middle)
         joints, rates = model.C[:m], model.C[m : 2 * m]
@@ -166,20 +180,26 @@ class Lqg:
         self.rigid = block_diag(part, part)
         self.state: Vector | None = None
         self.given = np.zeros(m)
+        # When it was asked the last time, and what was wanted then.
+        self.before: tuple[float, Vector, Vector] = (0.0, np.zeros(m), np.zeros(m))
 
     def torque(self, t: float, position: Vector, velocity: Vector, deflection: Vector) -> Vector:
         """Torque for a state."""
-        measured = np.concatenate([position - self.middle, velocity, deflection - self.rest])
+        q, rate = self.trajectory.at(t)
+        weight, sag = self.rest.at(t)
+        measured = np.concatenate([position - q, velocity - rate, deflection - sag])
         if self.state is None:
-            self.state = self.rigid @ measured[: 2 * len(position)]
+            self.state = self.rigid @ measured[: 2 * len(q)]
         else:
-            self.state = self.advance @ self.state + self.push @ self.given
+            # The robot goes on as it did; what is wanted goes its own way.
+            since, last, last_rate = self.before
+            apart = np.concatenate([last + (t - since) * last_rate - q, last_rate - rate])
+            self.state = self.advance @ self.state + self.push @ self.given + self.rigid @ apart
+        self.before = (t, q, rate)
         expected = self.output @ self.state + self.direct @ self.given
         self.state = self.state + self.correct @ (measured - expected)
-        q, rate = self.trajectory.at(t)
-        wanted = self.rigid @ np.concatenate([q - self.middle, rate])
-        self.given = self.gain @ (wanted - self.state)
-        return np.asarray(self.weight.at(t) + self.given)
+        self.given = -self.gain @ self.state
+        return np.asarray(weight + self.given)
 
 
 def regulator(a: Vector, b: Vector, cost: Vector, effort: Vector, scale: Vector) -> Vector:

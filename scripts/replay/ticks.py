@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsim_node import Scene
+from flexsim_node.chain import Workspace
 from flexsim_node.settings import Settings, schedule
 from flexsim_node.simulation import Simulation
 
@@ -60,7 +61,8 @@ class Search:
         moved = time >= drive.period // 2
         self.states = np.hstack([columns["position"][first], columns["velocity"][first]])[moved]
         self.commands = commands(bag, scene, self.robot.limit)
-        self._memory = [a for a in self.robot.work if isinstance(a, np.ndarray)]
+        work = (getattr(self.robot.work, name) for name in Workspace._fields)
+        self._memory = [a for a in work if isinstance(a, np.ndarray)]
         self._memory += [self.robot.x, self.robot.v]
 
     def run(self) -> NDArray[np.float64]:

@@ -64,9 +64,7 @@ class Robot:
         self._torques = self.node.create_publisher(
             Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=100)
         )
-        self._by_name = self.node.create_publisher(
-            JointState, "robot_joint_commands", QoSProfile(depth=100)
-        )
+        self._by_name = self.node.create_publisher(JointState, "robot_joint_commands", QoSProfile(depth=100))
 
     def listen(self) -> None:
         """Subscribe anew to everything, as one who comes late."""

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import pty
 import signal
+import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +24,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from robot_process import PATIENCE, SCENE, words
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 
 pytestmark = pytest.mark.ros
@@ -62,19 +66,28 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     environment = ros_environment()
     bag = folder / "run"
     recorder = Background(command("record", "-o", bag, "--json"), environment, folder)
+    # Its time stands still until the first torque, by when the recorder is there.
     robot = Background(
-        words(scene=SCENE, rate=500.0, elastic_rate=500.0, override__solver__step=0.001), environment, folder
-    )
+        words(scene=SCENE, rate=500.0, elastic_rate=500.0, wait_for_command=True,
+              override__solver__step=0.001), environment, folder
+    )  # fmt: skip
     robot.wait_for("kernels ready", PATIENCE)
     recorder.wait_for("+ /joint_states")
     recorder.wait_for("+ parameters and anthropomorphic.yaml of /flexsim_node")
     random = np.random.default_rng(1)
-    with listener(environment, {}) as (_, _, node):
+    states = {"/joint_states": (JointState, QoSProfile(depth=1))}
+    with listener(environment, states) as (heard, listen, node):
         torques = node.create_publisher(Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=10))
-        begun = time.monotonic()
-        while time.monotonic() < begun + 1.5:
-            torques.publish(Float64MultiArray(data=random.normal(0.0, 2.0, 3).tolist()))
-            time.sleep(float(random.uniform(0.0, 0.02)))
+
+        def drive(until: Any, timeout: float) -> None:
+            end = time.monotonic() + timeout
+            while not until() and time.monotonic() < end:
+                torques.publish(Float64MultiArray(data=random.normal(0.0, 2.0, 3).tolist()))
+                listen(lambda: False, float(random.uniform(0.0, 0.02)))
+
+        # Until it hears them, which takes as long as the middleware takes to make them known.
+        drive(lambda: heard["/joint_states"] and heard["/joint_states"][-1][1].header.stamp.nanosec > 1, 40.0)
+        drive(lambda: False, 1.5)
     assert robot.end(signal.SIGINT) == 0, robot.errors.read_text()
     assert recorder.end(signal.SIGINT) == 0, recorder.errors.read_text()
     return bag
@@ -95,6 +108,61 @@ def test_the_recorder_keeps_the_scene(run: Path) -> None:
     parameters = bag.notes()["/flexsim_node"]
     assert json.loads(parameters["override.solver.step"]) == 0.001
     assert json.loads(parameters["scene"]) == str(SCENE)
+
+
+def test_reproduced_to_the_bit(run: Path, tmp_path: Path) -> None:
+    """The simulator, driven in lock-step by what was recorded, does what it did, bit by bit."""
+    again = tmp_path / "again"
+    done = flexsim("play", run, "--lockstep", "-o", again, "--json", timeout=300)
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    comparison = said["comparison"]
+    assert comparison["exact"]
+    assert said["stopped"] == ""
+    states = comparison["fields"]["/joint_states position"]
+    assert states["compared"] > 600
+    assert states["only_first"] == 0
+    assert comparison["fields"]["/flexsim_node/elastic_state displacement"]["compared"] > 600
+    # The robot did move, and the new bag can be driven again in its turn.
+    _, position = Bag(again).array("/joint_states", "position")
+    assert np.ptp(position, axis=0).min() > 0.01
+    np.testing.assert_array_equal(read_drive(Bag(again)).torque, read_drive(Bag(run)).torque)
+
+    # Offline it is the same as well.
+    saved = tmp_path / "again.npz"
+    done = flexsim("simulate", run, "--save", saved, timeout=300)
+    assert done.returncode == 0, done.stderr
+    arrays = np.load(saved)
+    time, position = states_of(run)
+    every = round(time[-1] / (len(time) - 1) / (arrays["time"][1] * SECOND))
+    offline = arrays["joint_position"][::every][: len(time)]
+    np.testing.assert_allclose(offline, position, rtol=0, atol=1e-9)
+
+
+def test_compare_finds_what_was_changed(run: Path, tmp_path: Path) -> None:
+    """A coarser model differs, by how much and since when is said; pictures and recordings show it."""
+    coarse = tmp_path / "coarse"
+    done = flexsim(
+        "play", run, "--lockstep", "--set", "links.link_3.payload.mass=0.05", "-o", coarse, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert "differ since 0.00" in done.stdout
+    picture, recording = tmp_path / "both.png", tmp_path / "both.rrd"
+    done = flexsim("compare", run, coarse, "--plot", picture, "--save", recording, "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    position = said["fields"]["/joint_states position"]
+    first, second = states_of(run), states_of(coarse)
+    _, i, j = np.intersect1d(first[0], second[0], return_indices=True)
+    off = np.abs(second[1][j] - first[1][i])
+    assert position["largest"] == off.max()
+    assert position["rms"] == pytest.approx(np.sqrt((off**2).mean()), rel=1e-12)
+    assert 0.0 < said["since"] <= 0.002
+    assert picture.stat().st_size > 20_000
+    assert {"a/robot/deformed", "b/robot/deformed", "between"} <= set(said["rows"])
+    assert flexsim("compare", run, coarse, "--exact").returncode == 1
+    assert flexsim("compare", run, coarse, "--tolerance", 1e-9).returncode == 1
+    assert flexsim("compare", run, run, "--exact", "--tolerance", 0).returncode == 0
 
 
 def test_a_run_that_is_not_all_there_is_refused(run: Path, tmp_path: Path) -> None:
@@ -198,6 +266,35 @@ def test_latched_messages_come_before_the_offset(tmp_path: Path) -> None:
         listen(lambda: len(heard["/numbers"]) == 10 and heard["/description"])
         assert player.process.wait(20) == 0
     assert len(heard["/description"]) == 1
+
+
+def test_keys(tmp_path: Path) -> None:
+    """In a terminal it waits for the space bar, steps by a message, goes on, and ends with q."""
+    environment = ros_environment()
+    bag = other_bag(tmp_path)
+    terminal, end = pty.openpty()
+    with listener(environment, OTHER) as (heard, listen, node):
+        process = subprocess.Popen(
+            command("play", bag, "/numbers", "--wait", 20, "--start-paused"),
+            env=environment, stdin=end, stdout=subprocess.DEVNULL, stderr=end,
+        )  # fmt: skip
+        os.close(end)
+
+        def press(key: str, count: int) -> list[float]:
+            os.write(terminal, key.encode())
+            listen(lambda: len(heard["/numbers"]) >= count, 10.0)
+            listen(lambda: False, 0.15)
+            return [m.data[0] for _, m in heard["/numbers"]]
+
+        # Its publisher is there when it has taken the terminal's keys.
+        listen(lambda: node.count_publishers("/numbers"))
+        listen(lambda: False, 1.0)
+        assert not heard["/numbers"]
+        assert press("s", 1) == [0.0]
+        assert press("\x1b[C", 2) == [0.0, 1.0]
+        assert press(" ", 50) == list(range(50))
+        assert process.wait(10) == 0
+    os.close(terminal)
 
 
 def test_wrong_words(tmp_path: Path, run: Path) -> None:
