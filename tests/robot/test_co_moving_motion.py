@@ -79,7 +79,7 @@ def exact_frame(gravity):
 
 
 def test_static_frame_bent_far():
-    """A frame whose root is bent and twisted by half a radian: second order in the elements, to the exact beams' shape."""
+    """A frame bent and twisted by half a radian: second order in the elements, to the exact beams' shape."""
     right = exact_frame(25.0)
     undeformed = np.array([0.6, 0.5, 0.0])
     assert np.linalg.norm(right[-1] - undeformed) > 0.3
