@@ -1,7 +1,8 @@
 """Stress along the links, from elastic states and the sections of the scene.
 
 At the ends of each element its strains follow from its nodes (flexsim_node/beam.py): extension with, under
-the effect `centrifugal`, the mean of half the squared slope; the curvatures of its cubics; its twist. Of a
+the effect `centrifugal`, the mean of half the squared slope; the curvatures of its cubics; its twist. With
+the formulation `co_moving`, whose turns may be large, all is taken about each element's chord. Of a
 section's points the worst is taken: normal stress where both bendings and the axial force add up, and with
 it, by von Mises, the largest shear of torsion, which in a rectangle lies elsewhere on its rim: so the stress
 is never less than what the section bears. Shear of transverse forces, small in slender links, is left out.
@@ -14,9 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from flexsim_node import Scene
 from flexsim_node.erls import beam_axes
+from flexsim_node.model import stiffening
 from flexsim_node.schema import Beam, Link
 from flexsim_node.section import section
 
@@ -25,7 +28,8 @@ from .motion import SECOND, STAMP, Layout
 
 Array = NDArray[np.float64]
 FIELDS = ["displacement", "rigid_position", *STAMP]
-PARTS = ("axial", "bending", "torsion")
+Bend = tuple[Array, Array, Array]
+Ends = tuple[Array, Array, Bend, Bend]
 
 
 @dataclass(frozen=True)
@@ -79,13 +83,15 @@ class LinkStrain:
     link : Link, with a beam
     nodes : ndarray (n,), places of its nodes among the robot's
     length : ndarray (n - 1,), m, of its elements
-    shear, stiffening : whether these effects are on
+    scene : Scene, whose effects and formulation count
     """
 
-    def __init__(self, link: Link, nodes: NDArray[np.int64], length: Array, shear: bool, stiffening: bool):
+    def __init__(self, link: Link, nodes: NDArray[np.int64], length: Array, scene: Scene) -> None:
         assert link.beam is not None
+        shear, self.stiffening = scene.effects.shear is True, stiffening(scene)
+        self.co_moving = scene.formulation == "co_moving"
         beam = link.beam
-        self.link, self.nodes, self.length, self.stiffening = link, nodes, length, stiffening
+        self.link, self.nodes, self.length = link, nodes, length
         self.axes, _ = beam_axes(link)
         self.modulus = beam.youngs_modulus
         self.shear_modulus = beam.youngs_modulus / (2.0 * (1.0 + beam.poissons_ratio))
@@ -105,27 +111,54 @@ class LinkStrain:
         """
         own = displacement[:, self.nodes]
         moved, turned = own[:, :, :3] @ self.axes, own[:, :, 3:] @ self.axes
-        first, second = slice(None, -1), slice(1, None)
-        stretch = (moved[:, second, 0] - moved[:, first, 0]) / self.length
-        # Bending in x-y: slope is the turn about z; in x-z: minus the turn about y.
-        kappa_z, slope_z = self._bending(moved[:, :, 1], turned[:, :, 2], self.give_z)
-        kappa_y, slope_y = self._bending(moved[:, :, 2], -turned[:, :, 1], self.give_y)
+        strain = self._along_chords if self.co_moving else self._along_link
+        stretch, twist, (rise_y, z1, z2), (rise_z, y1, y2) = strain(moved, turned)
+        kappa_z, slope_z = self._bending(rise_y, z1, z2, self.give_z)
+        kappa_y, slope_y = self._bending(rise_z, y1, y2, self.give_y)
         if self.stiffening:
             stretch = stretch + 0.5 * (slope_z + slope_y)
-        twist = (turned[:, second, 0] - turned[:, first, 0]) / self.length
         axial = self.modulus * np.abs(np.repeat(stretch, 2, axis=1))
         bending = self.modulus * (self.half_width * np.abs(kappa_z) + self.half_depth * np.abs(kappa_y))
         torsion = self.shear_modulus * self.twist_arm * np.abs(np.repeat(twist, 2, axis=1))
         return axial, bending, torsion
 
-    def _bending(self, w: Array, turn: Array, give: Array) -> tuple[Array, Array]:
+    def _along_link(self, moved: Array, turned: Array) -> Ends:
+        """Return stretch, twist and both bendings' (rise, slopes) (K, E) from small displacements."""
+        step = np.diff(moved, axis=1)
+        twist = np.diff(turned[:, :, 0], axis=1) / self.length
+        # Bending in x-y: slope is the turn about z; in x-z: minus the turn about y.
+        first, second = turned[:, :-1], turned[:, 1:]
+        return (
+            step[:, :, 0] / self.length,
+            twist,
+            (step[:, :, 1], first[:, :, 2], second[:, :, 2]),
+            (step[:, :, 2], -first[:, :, 1], -second[:, :, 1]),
+        )
+
+    def _along_chords(self, moved: Array, turned: Array) -> Ends:
+        """The same about each element's chord, where turns may be large and are rotation vectors."""
+        count = moved.shape[:2]
+        section_axes = Rotation.from_rotvec(turned.reshape(-1, 3)).as_matrix().reshape(*count, 3, 3)
+        chord = np.diff(moved, axis=1)
+        chord[:, :, 0] += self.length
+        long = np.linalg.norm(chord, axis=2)
+        first, second = section_axes[:, :-1], section_axes[:, 1:]
+        seen = [np.einsum("keij,kei->kej", axes, chord) for axes in (first, second)]
+        # The chord as each end's section sees it; the section turns the other way from the chord.
+        z1, z2 = (-np.arctan2(c[:, :, 1], c[:, :, 0]) for c in seen)
+        y1, y2 = (-np.arctan2(c[:, :, 2], c[:, :, 0]) for c in seen)
+        between = np.einsum("keij,keim->kejm", first, second).reshape(-1, 3, 3)
+        twist = Rotation.from_matrix(between).as_rotvec()[:, 0].reshape(long.shape) / self.length
+        flat = np.zeros_like(long)
+        return long / self.length - 1.0, twist, (flat, z1, z2), (flat, y1, y2)
+
+    def _bending(self, rise: Array, t1: Array, t2: Array, give: Array) -> tuple[Array, Array]:
         """Return curvatures at both ends of each element (K, 2 E) and means of the squared slope (K, E)."""
-        t1, t2, length = turn[:, :-1], turn[:, 1:], self.length
-        rise = w[:, 1:] - w[:, :-1]
+        length = self.length
         stiff = 1.0 / (1.0 + give)  # with shear, only this part of the difference bends the element
         off = rise / length - 0.5 * (t1 + t2)
         mean, end = (t2 - t1) / length, 6.0 * stiff * off / length
-        kappa = np.stack([mean + end, mean - end], axis=2).reshape(len(w), -1)
+        kappa = np.stack([mean + end, mean - end], axis=2).reshape(len(rise), -1)
         # The cubic's slopes at its ends, times the length.
         give_way = (1.0 - stiff) * length * off
         h1, h2 = length * t1 + give_way, length * t2 + give_way
@@ -156,8 +189,7 @@ def of_links(scene: Scene, layout: Layout, rigid_position: Array) -> list[LinkSt
             raise ValueError(
                 f"{link.name} is {link.length:g} m long in the scene, {float(length.sum()):g} m in the bag"
             )
-        effects = scene.effects
-        found.append(LinkStrain(link, nodes, length, effects.shear is True, bool(effects.centrifugal)))
+        found.append(LinkStrain(link, nodes, length, scene))
     return found
 
 

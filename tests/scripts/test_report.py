@@ -11,14 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from flexsim.bag import Bag, BagWriter
+from flexsim.bag_report.stress import LinkStrain
 from flexsim.report import look
 from flexsim.terminal.progress import Progress
 from flexsim_msgs.msg import FireCriteria, Thermocouples
 from made_bags import Topics, diagnostics, elastic_layout, elastic_state, joint_state, stamp
 from processes import flexsim
 from rclpy.serialization import serialize_message
+from ruamel.yaml import YAML
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Temperature
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from flexsim_node import load_scene
 
 pytestmark = pytest.mark.ros
 
@@ -189,6 +194,41 @@ def test_peak_stress(tmp_path: Path, shear: bool) -> None:
     assert stress["torsion"] == pytest.approx(shear_stress, rel=2e-3)  # of the table's digits
     assert stress["peak"] == pytest.approx(np.hypot(axial + bending, np.sqrt(3.0) * shear_stress), rel=1e-3)
     assert [stress["from_start"], stress["at"]] == [0.0, pytest.approx(BEGIN)]
+
+
+def test_stress_of_a_link_that_bends_far() -> None:
+    """A link bent to an arc by a moment, and twisted, by half a radian each: E c / R, and no axial stress."""
+    text = SCENE.replace("SHEAR", "false").replace("centrifugal: false", "centrifugal: true")
+    scene = load_scene(YAML(typ="safe", pure=True).load(text + "formulation: co_moving\n"))
+    angle, elements = 0.5, 8
+    radius = LENGTH / angle
+    along = np.linspace(0.0, angle, elements + 1)
+    length = np.full(elements, LENGTH / elements)
+    nodes = np.arange(elements + 1)
+    for axis, turn, sign, half in ((1, 2, 1.0, WIDTH / 2), (2, 1, -1.0, DEPTH / 2)):
+        state = np.zeros((1, elements + 1, 6))
+        state[0, :, 0] = radius * np.sin(along) - radius * along
+        state[0, :, axis] = radius * (1.0 - np.cos(along))
+        state[0, :, 3 + turn] = sign * along
+        axial, bending, torsion = LinkStrain(scene.links[0], nodes, length, scene)(state)
+        np.testing.assert_allclose(bending, MODULUS * half / radius, rtol=1e-9)
+        assert axial.max() < 1e-4 * bending.max()
+        assert torsion.max() < 1e-9 * bending.max()
+        # Turned as a whole, as a link behind another is, nothing changes.
+        whole = Rotation.from_rotvec([0.3, -0.4, 0.7])
+        place = state[0, :, :3] + np.linspace(0.0, LENGTH, elements + 1)[:, None] * [1.0, 0.0, 0.0]
+        other = np.zeros_like(state)
+        other[0, :, :3] = whole.apply(place) - (place - state[0, :, :3])
+        other[0, :, 3:] = (whole * Rotation.from_rotvec(state[0, :, 3:])).as_rotvec()
+        again = LinkStrain(scene.links[0], nodes, length, scene)(other)
+        np.testing.assert_allclose(again[1], bending, rtol=1e-9)
+        assert again[2].max() < 1e-6 * bending.max()
+    twisted = np.zeros((1, elements + 1, 6))
+    twisted[0, :, 3] = along
+    _, _, torsion = LinkStrain(scene.links[0], nodes, length, scene)(twisted)
+    shear_modulus = MODULUS / (2.0 * (1.0 + NU))
+    arm = 0.263 * WIDTH * DEPTH**3 / (0.267 * WIDTH * DEPTH**2)
+    np.testing.assert_allclose(torsion, shear_modulus * arm * angle / LENGTH, rtol=3e-3)
 
 
 TOPICS = ("/joint_states", "/flexsim_node/elastic_state", "/flexsim_node/elastic_layout", "/diagnostics",

@@ -16,7 +16,8 @@ from matplotlib.image import imread
 from numpy.typing import NDArray
 from processes import Background, Recorded, command, ros_environment
 
-pytestmark = pytest.mark.ros
+# Without a graphics card a browser needs all of the processor.
+pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 ARTEFACTS = Path(__file__).parents[2] / "out"
 WIDTH, HEIGHT = 1280, 800
