@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
@@ -120,16 +121,17 @@ def forget_stale_kernels(package: Path) -> None:
 
     numba looks only at the file of the function itself, not at those of the functions that it calls.
     """
-    compiled = [*package.rglob("*.nbi")]  # beside each source, in the __pycache__ of its folder
+    compiled = [*package.rglob("*.nbi"), *package.rglob("*.nbc")]  # in the __pycache__ beside each source
     if not compiled:
         return
     compiles = re.compile(r"from \.+kernel import|NamedTuple")  # kernels, and the arrays that they work on
     newest = max(
         path.stat().st_mtime for path in package.rglob("*.py") if compiles.search(path.read_text("utf-8"))
     )
-    if newest > min(path.stat().st_mtime for path in compiled):
-        for path in [*compiled, *package.rglob("*.nbc")]:
-            path.unlink(missing_ok=True)
+    for path in compiled:
+        with suppress(FileNotFoundError):  # another process that starts now removes them too
+            if path.stat().st_mtime < newest:
+                path.unlink()
 
 
 forget_stale_kernels(Path(__file__).parent)
