@@ -6,6 +6,7 @@ import json
 import re
 import signal
 import time
+import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from browser import Browser, chromium
 from flexsim.rerun_view.palette import SERIES
 from matplotlib.image import imread
 from numpy.typing import NDArray
-from processes import Background, Recorded, command, ros_environment
+from processes import Background, Recorded, command, ros_environment, synthetic_robot
 
 # Without a graphics card a browser needs all of the processor.
 pytestmark = [pytest.mark.ros, pytest.mark.alone]
@@ -85,4 +86,25 @@ def test_a_recorded_run_in_a_browser(recorded: Recorded, page: Browser, tmp_path
     finally:
         code = view.end(signal.SIGINT)
     assert code == 130, view.errors.read_text()
+    assert [listeners(port) for port in ports] == [[], []]
+
+
+def test_a_running_robot_on_a_page(tmp_path: Path) -> None:
+    """The page is there while the robot runs, is of this host alone, and is gone afterwards."""
+    environment = ros_environment()
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("model: robot\n")
+    robot = synthetic_robot(environment, tmp_path, 300, 300.0, "--for-view")
+    view = Background(command("view", scene, "--web", "--json"), environment, tmp_path)
+    view.wait_for("showing on http://")
+    said = view.errors.read_text()
+    address = re.search(r"showing on (\S+);", said)[1]
+    ports = [int(port) for port in re.findall(r"127\.0\.0\.1(?::|%3A)(\d+)", address)]
+    assert [listeners(port) for port in ports] == [[LOOPBACK], [LOOPBACK]]
+    with urllib.request.urlopen(address, timeout=20) as answer:
+        assert b"rerun" in answer.read()
+    robot.wait_for("published")
+    assert view.end() == 0, view.errors.read_text()
+    robot.release()
+    assert json.loads(view.output.read_text())["rows"]["robot/tip/deflection"] > 250
     assert [listeners(port) for port in ports] == [[], []]
