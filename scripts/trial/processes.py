@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -14,8 +15,11 @@ from pathlib import Path
 
 from ..terminal.stop import Stop
 
-# Above 101 a domain's ports reach into those that Linux hands out to anybody.
-DOMAINS = range(1, 102)
+# The domains of trials: people choose low ones by hand; above 101 a domain's ports reach into those that
+# Linux hands out to anybody.
+TRIALS = range(51, 102)
+# DDSI-RTPS 9.6.1: the port at which the first participant of domain 0 is found, and how far apart they are.
+FIRST_PORT, PORTS_A_DOMAIN, PORTS_A_PARTICIPANT, PARTICIPANTS = 7410, 250, 2, 10
 POLL_PERIOD = 0.05
 END_TIMEOUT = 10.0
 COMMAND = [sys.executable, "-c", "from flexsim.cli import main; main()"]
@@ -23,9 +27,22 @@ NODE = [sys.executable, "-m", "flexsim_node.node"]
 CONTROLLER = [sys.executable, "-m", "flexsim.controller"]
 
 
+def is_free(domain: int) -> bool:
+    """Say whether no program of this host is in a ROS domain."""
+    first = FIRST_PORT + PORTS_A_DOMAIN * domain
+    for port in range(first, first + PORTS_A_PARTICIPANT * PARTICIPANTS, PORTS_A_PARTICIPANT):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("", port))
+            except OSError:
+                return False
+    return True
+
+
 def own_domain() -> dict[str, str]:
     """Return an environment in which a trial neither hears nor disturbs this host's robots."""
-    domain = random.SystemRandom().choice(DOMAINS)
+    order = random.SystemRandom().sample(TRIALS, len(TRIALS))
+    domain = next((domain for domain in order if is_free(domain)), order[0])
     return {
         **os.environ,
         "ROS_DOMAIN_ID": str(domain),

@@ -22,7 +22,19 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "AMENT_PREFIX_PATH": sys.prefix,
     }
     result = subprocess.run(
-        ["colcon", "--log-base", "log", "build", "--base-paths", ROOT, "--merge-install"],
+        # Without optimisation, which is most of the compiler's time.
+        [
+            "colcon",
+            "--log-base",
+            "log",
+            "build",
+            "--base-paths",
+            ROOT,
+            "--merge-install",
+            "--cmake-args",
+            "-DCMAKE_C_FLAGS=-O0",
+            "-DCMAKE_CXX_FLAGS=-O0",
+        ],  # fmt: skip
         cwd=folder,
         env=environment,
         capture_output=True,

@@ -27,7 +27,8 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 
-pytestmark = pytest.mark.ros
+# A recorder that has to keep up, and a player whose timing is looked at.
+pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 SECOND = 10**9
 

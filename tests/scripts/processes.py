@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -13,10 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from domains import DOMAINS
 
 SYNTHETIC = Path(__file__).with_name("synthetic_robot.py")
-# Above 101 a domain's ports reach into those that Linux hands out to anybody.
-DOMAINS = itertools.cycle(random.SystemRandom().sample(range(1, 101), 100))
 
 
 def ros_environment() -> dict[str, str]:
