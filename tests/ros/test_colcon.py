@@ -34,7 +34,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "--cmake-args",
             "-DCMAKE_C_FLAGS=-O0",
             "-DCMAKE_CXX_FLAGS=-O0",
-        ],  # fmt: skip
+        ],
         cwd=folder,
         env=environment,
         capture_output=True,
