@@ -10,7 +10,6 @@ import numpy as np
 
 from . import (
     co_moving,
-    co_moving_loads,
     planar_beam,
     planar_reduced_beam,
     rigid_body,
@@ -43,6 +42,7 @@ from .chain import (
     VISCOUS,
     Q,
 )
+from .co_moving import loads
 from .external import external_forces
 from .kernel import kernel
 from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
@@ -206,7 +206,7 @@ def chain_forces(co, chain, work, v, a, out):
         co_moving.accelerate(chain, work, v, a)
         work.section_wrench[:] = 0.0
         if work.loaded[0] or work.loaded[1]:
-            co_moving_loads.external_forces(chain, work)
+            loads.external_forces(chain, work)
         co_moving.gather(chain, work, out)
     else:
         accelerate(chain, work, v, a)

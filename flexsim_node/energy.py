@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from . import (
-    co_moving_view,
     planar_beam,
     planar_reduced_beam,
     rigid_body,
@@ -34,6 +33,7 @@ from .chain import (
     SPRING,
     Q,
 )
+from .co_moving import view
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
 from .reduced_chain import BUFFER, MODES, TENSIONS, constant_places
@@ -63,7 +63,7 @@ def energy_as(co, chain, work, x, v, out):
     """energy for either formulation; the other one is not even compiled."""
     if len(co) > 0:
         place(chain, work, x)
-        co_moving_view.energy(chain, work, x, v, out)
+        view.energy(chain.dofs, chain, work, x, v, out)
     else:
         energy_erls(chain, work, x, v, out)
 

@@ -11,7 +11,6 @@ tip to the base, each link's joint last (the articulated-body idea, with elastic
 from __future__ import annotations
 
 from . import (
-    co_moving_elimination,
     planar_beam,
     planar_reduced_beam,
     reduced_link,
@@ -41,6 +40,7 @@ from .chain import (
     VISCOUS,
     Q,
 )
+from .co_moving import elimination
 from .interface import hand_load, hand_over, hand_over_planar, take_answer
 from .kernel import kernel
 from .kinematics import spatial_row
@@ -282,7 +282,7 @@ def factorize(chain, work):
 def factorize_as(co, chain, work):
     """factorize for either formulation; the other one is not even compiled."""
     if len(co) > 0:
-        return co_moving_elimination.factorize(chain, work)
+        return elimination.factorize(chain, work)
     else:
         return factorize_erls(chain, work)
 
@@ -414,7 +414,7 @@ def solve(chain, work, rhs, out):
 def solve_as(co, chain, work, rhs, out):
     """solve for either formulation."""
     if len(co) > 0:
-        co_moving_elimination.solve(chain, work, rhs, out)
+        elimination.solve(chain, work, rhs, out)
     else:
         solve_erls(chain, work, rhs, out)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import co_moving_view
 from .chain import DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
+from .co_moving import view
 from .kernel import kernel
 from .kinematics import place, spatial_row
 from .reduced_chain import MODES
@@ -29,7 +29,7 @@ def observe(chain, work, axes, shown, station, x, position, rigid_position, disp
 def observe_as(co, chain, work, axes, shown, station, position, rigid_position, displacement, pose):
     """observe for either formulation; the other one is not even compiled."""
     if len(co) > 0:
-        co_moving_view.observe(chain, work, axes, position, rigid_position, displacement, pose)
+        view.observe(chain, work, axes, position, rigid_position, displacement, pose)
     else:
         observe_erls(chain, work, axes, shown, station, position, rigid_position, displacement, pose)
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import (
-    co_moving_plane,
-    co_moving_space,
     planar_beam,
     planar_reduced_beam,
     spatial_beam,
     spatial_reduced_beam,
 )
 from .chain import BUCKLING, COUNT, DISPLACEMENT, FIRST, FIRST_ELEMENT, KIND, PRISMATIC, TIP, workspace
+from .co_moving import plane, space
 from .dynamics import residual
 from .erls import erls_condition
 from .kinematics import place
@@ -122,7 +121,7 @@ def axial_loads(model: Model, work, x: np.ndarray) -> np.ndarray:
     place(chain, work, x)
     d = work.node[DISPLACEMENT]
     tension = planar_beam.axial_force if model.planar else spatial_beam.axial_force
-    rows = co_moving_plane.element_rows if model.planar else co_moving_space.element_rows
+    rows = plane.element_rows if model.planar else space.element_rows
     reduced_tension = (planar_reduced_beam if model.planar else spatial_reduced_beam).axial_force
     found = np.zeros(len(chain.link))
     for n, row in enumerate(chain.link):

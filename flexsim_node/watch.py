@@ -6,8 +6,8 @@ the reason and the last good state.  Beyond `warn` it is remembered.
 
 from __future__ import annotations
 
-from . import co_moving_loads
 from .chain import BENDING, COUNT, DISPLACEMENT, FIRST, OMEGA
+from .co_moving import loads
 from .kernel import kernel
 
 # rows of Chain.limit and columns of Workspace.validity
@@ -38,7 +38,7 @@ def co_moving_within(chain, work):
     """valid for links with co-moving frames: rotations count from an element's chord, others are exact."""
     joint, within = chain.joint, True
     for n in range(chain.link.shape[0]):
-        turn, spin = co_moving_loads.measure(chain, work, n)
+        turn, spin = loads.measure(chain, work, n)
         within = below(chain, work, ELASTIC_ROTATION, turn, n) and within
         if joint[n, BENDING] > 0.0:
             within = below(chain, work, SPIN_RATIO, spin / joint[n, BENDING], n) and within

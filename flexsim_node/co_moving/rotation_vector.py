@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import atan2, cos, sin, sqrt
 
-from .kernel import kernel
+from ..kernel import kernel
 
 
 @kernel

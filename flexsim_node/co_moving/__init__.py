@@ -15,7 +15,7 @@ section before (for a link's first element turned by the joint) and an element's
 so that N is the field of beam.py, small about the chord, half of the twist each way, and rotations from
 element to element are finite and exact.  Nothing depends on what is before but through the frames: stiffness
 is block-diagonal in the elements, and mass is eliminated from the tip to the base with one matrix over a
-section's acceleration (co_moving_elimination.py).  q is the motor's angle.  Bodies at a link's end ride on
+section's acceleration (elimination.py).  q is the motor's angle.  Bodies at a link's end ride on
 its last section.
 
 The chord, and not the section at the start, carries an element because nodes then stay where they are when
@@ -31,8 +31,8 @@ space when it is compiled.
 
 from __future__ import annotations
 
-from . import co_moving_plane, co_moving_space
-from .kernel import kernel
+from ..kernel import kernel
+from . import plane, space
 
 
 @kernel
@@ -45,9 +45,9 @@ def place(chain, work, x):
 def place_as(dofs, chain, work, x):
     """place, the number of dofs an argument."""
     if len(dofs) == 3:
-        co_moving_plane.place(chain, work, x)
+        plane.place(chain, work, x)
     else:
-        co_moving_space.place(chain, work, x)
+        space.place(chain, work, x)
 
 
 @kernel
@@ -60,9 +60,9 @@ def accelerate(chain, work, v, a):
 def accelerate_as(dofs, chain, work, v, a):
     """accelerate, the number of dofs an argument."""
     if len(dofs) == 3:
-        co_moving_plane.accelerate(chain, work, v, a)
+        plane.accelerate(chain, work, v, a)
     else:
-        co_moving_space.accelerate(chain, work, v, a)
+        space.accelerate(chain, work, v, a)
 
 
 @kernel
@@ -75,9 +75,9 @@ def gather(chain, work, out):
 def gather_as(dofs, chain, work, out):
     """gather, the number of dofs an argument."""
     if len(dofs) == 3:
-        co_moving_plane.gather(chain, work, out)
+        plane.gather(chain, work, out)
     else:
-        co_moving_space.gather(chain, work, out)
+        space.gather(chain, work, out)
 
 
 @kernel
@@ -90,6 +90,6 @@ def stiffness_times(chain, work, y, scale, out):
 def stiffness_times_as(dofs, chain, work, y, scale, out):
     """stiffness_times, the number of dofs an argument."""
     if len(dofs) == 3:
-        co_moving_plane.stiffness_times(chain, work, y, scale, out)
+        plane.stiffness_times(chain, work, y, scale, out)
     else:
-        co_moving_space.stiffness_times(chain, work, y, scale, out)
+        space.stiffness_times(chain, work, y, scale, out)

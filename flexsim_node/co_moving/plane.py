@@ -1,4 +1,4 @@
-"""co_moving.py for links in one plane: rows are (u, b, c), joints turn about z or are fixed.
+"""__init__.py for links in one plane: rows are (u, b, c), joints turn about z or are fixed.
 
 Rotations add here, so that a carrier's angular velocity is a sum.
 """
@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from math import cos, sin
 
-from . import planar_beam, rigid_body
-from .beam import AXIAL, LENGTH, MASS, SHEAR_Z, squared_slope
-from .chain import (
+from .. import planar_beam, rigid_body
+from ..beam import AXIAL, LENGTH, MASS, SHEAR_Z, squared_slope
+from ..chain import (
     ACCELERATION,
     ALPHA,
     ANGLE,
@@ -34,7 +34,7 @@ from .chain import (
     ROTATION,
     Q,
 )
-from .kernel import kernel
+from ..kernel import kernel
 
 
 @kernel

@@ -1,12 +1,12 @@
-"""co_moving.py in space: rows are (u, b_z, b_y, tau, c_y, c_z), joints turn, slide or are fixed."""
+"""__init__.py in space: rows are (u, b_z, b_y, tau, c_y, c_z), joints turn, slide or are fixed."""
 
 from __future__ import annotations
 
 from math import cos, sin
 
-from . import rigid_body, spatial_beam
-from .beam import AXIAL, LENGTH, MASS, SHEAR_Y, SHEAR_Z, squared_slope
-from .chain import (
+from .. import rigid_body, spatial_beam
+from ..beam import AXIAL, LENGTH, MASS, SHEAR_Y, SHEAR_Z, squared_slope
+from ..chain import (
     ACCELERATION,
     ALPHA,
     ANGLE,
@@ -38,7 +38,7 @@ from .chain import (
     TURN,
     Q,
 )
-from .kernel import kernel
+from ..kernel import kernel
 from .rotation_vector import coefficients, write_rotation
 
 

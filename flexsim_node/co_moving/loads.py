@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .chain import (
+from ..chain import (
     COUNT,
     DISPLACEMENT,
     FIRST,
@@ -10,8 +10,8 @@ from .chain import (
     PARENT,
     ROTATION,
 )
-from .co_moving_space import product, turned_back
-from .kernel import kernel
+from ..kernel import kernel
+from .space import product, turned_back
 
 
 @kernel

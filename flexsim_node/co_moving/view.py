@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import co_moving_plane, co_moving_space, planar_beam, rigid_body, spatial_beam
-from .beam import LENGTH, MASS, STIFFENING, stiffening_energy
-from .chain import (
+from .. import planar_beam, rigid_body, spatial_beam
+from ..beam import LENGTH, MASS, STIFFENING, stiffening_energy
+from ..chain import (
     BODIES,
     COUNT,
     DISPLACEMENT,
@@ -31,9 +31,10 @@ from .chain import (
     TURN,
     Q,
 )
-from .co_moving_space import product, tangent, turned, turned_back
-from .kernel import allocating_kernel, kernel
+from ..kernel import allocating_kernel, kernel
+from . import plane, space
 from .rotation_vector import rotation_log
+from .space import product, tangent, turned, turned_back
 
 
 @allocating_kernel
@@ -50,10 +51,10 @@ def kinetic(w, coupling, inertia, rate):
 
 
 @allocating_kernel
-def energy(chain, work, x, v, out):
+def energy(dofs, chain, work, x, v, out):
     """Write kinetic, elastic and gravitational energy (J) of the chain, placed at x, into out (3,)."""
     link, joint, index, element = chain.link, chain.joint, chain.unknown, chain.element
-    b = len(chain.dofs)
+    b = len(dofs)
     planar = b == 3
     nodes = index.shape[0]
     twist, gravity, height = np.zeros((nodes, 6)), np.zeros((nodes, 3)), np.zeros(nodes)
@@ -93,16 +94,16 @@ def energy(chain, work, x, v, out):
                 continue
             e = element[link[n, FIRST_ELEMENT] + i - first - 1]
             d = work.node[DISPLACEMENT, i]
-            if planar:
-                co_moving_plane.node_row(index, i, v, rate)
-                co_moving_plane.element_rows(d, rows)
-                co_moving_plane.element_rows(rate, rates)
+            if len(dofs) == 3:
+                plane.node_row(index, i, v, rate)
+                plane.element_rows(d, rows)
+                plane.element_rows(rate, rates)
                 w[5] += rate[1]
                 c0, c1, c2 = 0.0, 0.0, rate[2]
             else:
-                co_moving_space.node_row(index, i, v, rate)
-                co_moving_space.element_rows(d, rows)
-                co_moving_space.element_rows(rate, rates)
+                space.node_row(index, i, v, rate)
+                space.element_rows(d, rows)
+                space.element_rows(rate, rates)
                 b0, b1, b2 = tangent(m, TURN, SERIES, -1.0, 0.5 * rate[3], rate[2], rate[1])
                 w[3] += b0
                 w[4] += b1
@@ -112,7 +113,7 @@ def energy(chain, work, x, v, out):
             own[:] = 0.0
             coupling[:] = 0.0
             inertia[:] = 0.0
-            if planar:
+            if len(dofs) == 3:
                 planar_beam.inertia_coupling(e, rows, 1, raw, own)
             else:
                 spatial_beam.inertia_coupling(e, rows, 1, raw, own, t)

@@ -8,9 +8,9 @@ therefore acts on A' + D y'' with D y'' = (u'' + r x P y'', (G + P) y'').
 
 from __future__ import annotations
 
-from . import co_moving_plane, co_moving_space, rigid_body
-from .beam import STIFFENING
-from .chain import (
+from .. import rigid_body
+from ..beam import STIFFENING
+from ..chain import (
     AXIS,
     BODIES,
     COUNT,
@@ -37,15 +37,16 @@ from .chain import (
     VISCOUS,
     Q,
 )
-from .co_moving_space import tangent, turned, turned_back
-from .interface import lever
-from .kernel import kernel
+from ..interface import lever
+from ..kernel import kernel
+from . import plane, space
+from .space import tangent, turned, turned_back
 
 
 @kernel
-def turn_matrix(r, z, planar):
+def turn_matrix(r, z, dofs):
     """Replace the symmetric z (6, 6) or (3, 3), both triangles, by its congruence with the rotation r."""
-    if planar:
+    if len(dofs) == 3:
         c, s = r[0], r[3]
         xx, xy, yy, xz, yz = z[0, 0], z[0, 1], z[1, 1], z[0, 2], z[1, 2]
         z[0, 0] = c * c * xx - 2.0 * c * s * xy + s * s * yy
@@ -78,9 +79,9 @@ def turn_matrix(r, z, planar):
 
 
 @kernel
-def shift(z, x, y, u, planar):
+def shift(z, x, y, u, dofs):
     """Move the point that the symmetric z acts on by the lever (x, y, u): rotations also move it."""
-    if not planar:
+    if len(dofs) != 3:
         lever(z, 0, 3, x, y, u)
         return
     for k in range(3):
@@ -90,7 +91,7 @@ def shift(z, x, y, u, planar):
 
 
 @kernel
-def section_bodies(chain, work, n, planar):
+def section_bodies(chain, work, n, dofs):
     """Add the rigid bodies on link n's end to the matrix of its section."""
     link = chain.link
     i = link[n, FIRST] + link[n, COUNT]
@@ -100,14 +101,14 @@ def section_bodies(chain, work, n, planar):
     inertia[:] = 0.0
     for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
         rigid_body.inertia_coupling(chain.body[k], 0.0, zero, coupling, inertia, work.scratch)
-    b = 3 if planar else 6
+    b = len(dofs)
     z = work.square
     for j in range(b):
-        p = 5 if planar and j == 2 else j
+        p = 5 if len(dofs) == 3 and j == 2 else j
         for k in range(j, b):
-            q = 5 if planar and k == 2 else k
+            q = 5 if len(dofs) == 3 and k == 2 else k
             z[j, k] = z[k, j] = inertia[p, q]
-    turn_matrix(work.moving[i, HALF : HALF + 9], z, planar)
+    turn_matrix(work.moving[i, HALF : HALF + 9], z, dofs)
     out = work.section_matrix[i]
     for j in range(b):
         for k in range(b):
@@ -115,14 +116,14 @@ def section_bodies(chain, work, n, planar):
 
 
 @kernel
-def keep(work, i, planar):
+def keep(work, i, dofs):
     """Keep of node i's carrier what the solves need: rotation, reach, how unknowns move its section."""
     m, kept = work.moving[i], work.kept_moving[i]
     for k in range(9):
         kept[k] = m[ROTATION + k]
     x, y, u = m[REACH], m[REACH + 1], m[REACH + 2]
     kept[9], kept[10], kept[11] = x, y, u
-    if planar:
+    if len(dofs) == 3:
         kept[KEPT_MOMENT] = -x
         return
     turns, moments = kept[KEPT_TURN : KEPT_TURN + 15], kept[KEPT_MOMENT : KEPT_MOMENT + 9]
@@ -145,11 +146,11 @@ def keep(work, i, planar):
 
 
 @kernel
-def add_section(work, i, y, a, w, planar):
+def add_section(work, i, y, a, w, dofs):
     """Add the matrix of node i's section to the front w (y, A'), upper triangle of y and of A'."""
     z, kept = work.section_matrix[i], work.kept_moving[i]
-    shift(z, kept[9], kept[10], kept[11], planar)
-    if planar:
+    shift(z, kept[9], kept[10], kept[11], dofs)
+    if len(dofs) == 3:
         p = kept[KEPT_MOMENT]
         for k in range(3):
             w[0, 3 + k] += z[0, k]
@@ -190,19 +191,19 @@ def add_section(work, i, y, a, w, planar):
 
 
 @kernel
-def add_element(chain, work, m, i, w, planar):
+def add_element(chain, work, m, i, w, dofs):
     """Add element m, whose end is node i, to the front w (y, A')."""
     b = len(chain.dofs)
     full, coupling, inertia = work.iteration[m], work.carrier[0], work.carrier[1]
-    if planar:
-        co_moving_plane.element_coupling(chain, work, m, i, coupling, inertia)
+    if len(dofs) == 3:
+        plane.element_coupling(chain, work, m, i, coupling, inertia)
     else:
-        co_moving_space.element_coupling(chain, work, m, i, coupling, inertia)
+        space.element_coupling(chain, work, m, i, coupling, inertia)
     for j in range(b):
         for k in range(j, b):
             w[j, k] += full[j, k]
             w[b + j, b + k] += inertia[j, k]
-    if planar:
+    if len(dofs) == 3:
         # the carrier turns with b
         for k in range(3):
             w[0, 3 + k] += coupling[0, k]
@@ -212,9 +213,9 @@ def add_element(chain, work, m, i, w, planar):
         w[1, 1] += 2.0 * coupling[1, 2] + inertia[2, 2]
         w[1, 2] += coupling[2, 2]
         if chain.element[m, STIFFENING] > 0.0:
-            co_moving_plane.shift_mass(chain, work, m, i, w)
+            plane.shift_mass(chain, work, m, i, w)
             if work.scale[0] > 0.0:
-                co_moving_plane.stiffen(chain, work, m, i, work.scale[0], w)
+                plane.stiffen(chain, work, m, i, work.scale[0], w)
         return
     f = work.moving[i]
     # G by columns, how the carrier turns with b_z, b_y and tau
@@ -246,9 +247,9 @@ def add_element(chain, work, m, i, w, planar):
         for j in range(k + 1):
             w[1 + j, 1 + k] += coupling[1 + j, k] + coupling[1 + k, j]
     if chain.element[m, STIFFENING] > 0.0:
-        co_moving_space.shift_mass(chain, work, m, i, w)
+        space.shift_mass(chain, work, m, i, w)
         if work.scale[0] > 0.0:
-            co_moving_space.stiffen(chain, work, m, i, work.scale[0], w)
+            space.stiffen(chain, work, m, i, work.scale[0], w)
 
 
 @kernel
@@ -297,10 +298,10 @@ def free(link, work, n):
 
 
 @kernel
-def joint_column(chain, n, planar, column):
+def joint_column(chain, n, dofs, column):
     """Direction of the joint's coordinate in the acceleration of its link's start."""
     joint = chain.joint
-    if planar:
+    if len(dofs) == 3:
         column[0] = column[1] = 0.0
         column[2] = joint[n, AXIS + 2]
         return
@@ -312,13 +313,13 @@ def joint_column(chain, n, planar, column):
 
 
 @kernel
-def eliminate_joint(chain, work, n, z, planar):
+def eliminate_joint(chain, work, n, z, dofs):
     """Eliminate the joint's coordinate from z; False where its pivot is not positive."""
     if not free(chain.link, work, n):
         return True
     b = len(chain.dofs)
     column, row = work.row[3], work.joint_pivot[n, 1]
-    joint_column(chain, n, planar, column)
+    joint_column(chain, n, dofs, column)
     joint = chain.joint
     pivot = joint[n, ROTOR] + work.scale[1] * (joint[n, VISCOUS] + work.spring[n, 2])
     if chain.link[n, MOTOR] >= 0:
@@ -348,40 +349,40 @@ def factorize(chain, work):
     """Factorise at the placed configuration; returns 0, or 1 + the link whose pivot is not positive."""
     link, index, w = chain.link, chain.unknown, work.front
     b = len(chain.dofs)
-    planar = b == 3
+    dofs = chain.dofs
     work.section_matrix[:] = 0.0
     for n in range(link.shape[0] - 1, -1, -1):
         first, parent = link[n, FIRST], link[n, PARENT]
         if link[n, BODIES] > 0:
-            section_bodies(chain, work, n, planar)
+            section_bodies(chain, work, n, dofs)
         for i in range(first + link[n, COUNT], first, -1):
             for j in range(2 * b):
                 for k in range(j, 2 * b):
                     w[j, k] = 0.0
-            keep(work, i, planar)
-            add_element(chain, work, link[n, FIRST_ELEMENT] + i - first - 1, i, w, planar)
+            keep(work, i, dofs)
+            add_element(chain, work, link[n, FIRST_ELEMENT] + i - first - 1, i, w, dofs)
             if work.section_matrix[i, 0, 0] > 0.0:
-                add_section(work, i, work.row[1], work.row[2], w, planar)
+                add_section(work, i, work.row[1], work.row[2], w, dofs)
             if not eliminate_unknowns(index, work, i, w, b):
                 return n + 1
             z, before = work.square, work.section_matrix[i - 1]
             for j in range(b):
                 for k in range(j, b):
                     z[j, k] = z[k, j] = w[b + j, b + k]
-            turn_matrix(work.moving[i, ROTATION : ROTATION + 9], z, planar)
+            turn_matrix(work.moving[i, ROTATION : ROTATION + 9], z, dofs)
             for j in range(b):
                 for k in range(b):
                     before[j, k] += z[j, k]
         z, m, kept = work.section_matrix[first], work.moving[first], work.kept_moving[first]
         for k in range(9):
             kept[k] = m[ROTATION + k]
-        if not eliminate_joint(chain, work, n, z, planar):
+        if not eliminate_joint(chain, work, n, z, dofs):
             return n + 1
         if parent >= 0:
-            turn_matrix(m[ROTATION : ROTATION + 9], z, planar)
+            turn_matrix(m[ROTATION : ROTATION + 9], z, dofs)
             if link[n, KIND] == PRISMATIC:
                 kept[9], kept[10], kept[11] = m[LEAD], m[LEAD + 1], m[LEAD + 2]
-                shift(z, kept[9], kept[10], kept[11], planar)
+                shift(z, kept[9], kept[10], kept[11], dofs)
             before = work.section_matrix[link[parent, FIRST] + link[parent, COUNT]]
             for j in range(b):
                 for k in range(b):
@@ -390,9 +391,9 @@ def factorize(chain, work):
 
 
 @kernel
-def turn_vector(r, g, planar):
+def turn_vector(r, g, dofs):
     """Turn a load or an acceleration g forward by the rotation r, in place."""
-    if planar:
+    if len(dofs) == 3:
         g[0], g[1] = r[0] * g[0] - r[3] * g[1], r[3] * g[0] + r[0] * g[1]
         return
     g[0], g[1], g[2] = turned(r, g[0], g[1], g[2])
@@ -400,9 +401,9 @@ def turn_vector(r, g, planar):
 
 
 @kernel
-def turn_vector_back(r, g, planar):
+def turn_vector_back(r, g, dofs):
     """The same by the transposed rotation."""
-    if planar:
+    if len(dofs) == 3:
         g[0], g[1] = r[0] * g[0] + r[3] * g[1], r[0] * g[1] - r[3] * g[0]
         return
     g[0], g[1], g[2] = turned_back(r, g[0], g[1], g[2])
@@ -410,10 +411,10 @@ def turn_vector_back(r, g, planar):
 
 
 @kernel
-def shift_load(kept, g, planar):
+def shift_load(kept, g, dofs):
     """Move a load's point back by the kept reach: its force gets a moment."""
     x, y, u = kept[9], kept[10], kept[11]
-    if planar:
+    if len(dofs) == 3:
         g[2] += x * g[1] - y * g[0]
         return
     g[3] += y * g[2] - u * g[1]
@@ -422,10 +423,10 @@ def shift_load(kept, g, planar):
 
 
 @kernel
-def shift_answer(kept, g, planar):
+def shift_answer(kept, g, dofs):
     """Move an acceleration's point on by the kept reach."""
     x, y, u = kept[9], kept[10], kept[11]
-    if planar:
+    if len(dofs) == 3:
         g[0] -= g[2] * y
         g[1] += g[2] * x
         return
@@ -439,7 +440,7 @@ def solve(chain, work, rhs, out):
     """Solve for out (n,) with the factors at hand; rhs (n,) is kept.  Held joints get zero."""
     link, index = chain.link, chain.unknown
     b = len(chain.dofs)
-    planar = b == 3
+    dofs = chain.dofs
     load, answer, f, column = work.section_load, work.section_answer, work.row[1], work.row[3]
     load[:] = 0.0
     for n in range(link.shape[0] - 1, -1, -1):
@@ -447,8 +448,8 @@ def solve(chain, work, rhs, out):
         for i in range(first + link[n, COUNT], first, -1):
             g, kept = load[i], work.kept_moving[i]
             s, p = kept[KEPT_TURN : KEPT_TURN + 15], kept[KEPT_MOMENT : KEPT_MOMENT + 9]
-            shift_load(kept, g, planar)
-            if planar:
+            shift_load(kept, g, dofs)
+            if len(dofs) == 3:
                 f[0], f[1], f[2] = g[0], g[2], p[0] * g[1] + g[2]
             else:
                 f[0] = g[0]
@@ -466,13 +467,13 @@ def solve(chain, work, rhs, out):
                 out[index[i, k]] = y
                 for j in range(k + 1, 2 * b):
                     f[j] -= row[j] * y
-            turn_vector(kept, f[b : 2 * b], planar)
+            turn_vector(kept, f[b : 2 * b], dofs)
             for k in range(b):
                 load[i - 1, k] += f[b + k]
         g, kept = load[first], work.kept_moving[first]
         if free(link, work, n):
             row = work.joint_pivot[n, 1]
-            joint_column(chain, n, planar, column)
+            joint_column(chain, n, dofs, column)
             y = rhs[link[n, Q]]
             motor = link[n, MOTOR]
             if motor >= 0:
@@ -484,9 +485,9 @@ def solve(chain, work, rhs, out):
             for k in range(b):
                 g[k] -= row[k] * y
         if parent >= 0:
-            turn_vector(kept, g, planar)
+            turn_vector(kept, g, dofs)
             if link[n, KIND] == PRISMATIC:
-                shift_load(kept, g, planar)
+                shift_load(kept, g, dofs)
             before = load[link[parent, FIRST] + link[parent, COUNT]]
             for k in range(b):
                 before[k] += g[k]
@@ -500,14 +501,14 @@ def solve(chain, work, rhs, out):
             for k in range(b):
                 z[k] = before[k]
             if link[n, KIND] == PRISMATIC:
-                shift_answer(kept, z, planar)
-            turn_vector_back(kept, z, planar)
+                shift_answer(kept, z, dofs)
+            turn_vector_back(kept, z, dofs)
         if link[n, KIND] != FIXED:
             if not free(link, work, n):
                 out[link[n, Q]] = 0.0
             else:
                 row = work.joint_pivot[n, 1]
-                joint_column(chain, n, planar, column)
+                joint_column(chain, n, dofs, column)
                 y = out[link[n, Q]]
                 for k in range(b):
                     y -= row[b] * row[k] * z[k]
@@ -521,7 +522,7 @@ def solve(chain, work, rhs, out):
             z, kept = answer[i], work.kept_moving[i]
             for k in range(b):
                 z[k] = answer[i - 1, k]
-            turn_vector_back(kept, z, planar)
+            turn_vector_back(kept, z, dofs)
             for k in range(b):
                 f[b + k] = z[k]
             for k in range(b - 1, -1, -1):
@@ -535,7 +536,7 @@ def solve(chain, work, rhs, out):
                 f[k] = out[index[i, k]] - row[2 * b] * total
                 out[index[i, k]] = f[k]
             s, p = kept[KEPT_TURN : KEPT_TURN + 15], kept[KEPT_MOMENT : KEPT_MOMENT + 9]
-            if planar:
+            if len(dofs) == 3:
                 z[0] += f[0]
                 z[1] += p[0] * f[2]
                 z[2] += f[1] + f[2]
@@ -546,4 +547,4 @@ def solve(chain, work, rhs, out):
                 for k in range(3):
                     for j in range(5):
                         z[3 + k] += s[3 * j + k] * f[1 + j]
-            shift_answer(kept, z, planar)
+            shift_answer(kept, z, dofs)
