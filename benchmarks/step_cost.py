@@ -15,7 +15,6 @@ import json
 import math
 import os
 import platform
-import resource
 import sys
 import time
 from importlib.metadata import version
@@ -167,7 +166,9 @@ def effects(steps: int, rounds: int) -> dict[str, dict[str, float]]:
 
 def memory() -> float:
     """Largest resident memory of this process so far, MB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    # getrusage would count what the process that started this one had
+    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text("ascii").splitlines())
+    return int(status["VmHWM"].split()[0]) / 1024
 
 
 def exponent(counts: list[int], costs: list[float]) -> float:

@@ -75,7 +75,7 @@ def test_the_locks_hold_what_pyproject_asks_for_on_every_python(python: str) -> 
 
 def test_a_wheel_holds_every_file_and_nothing_named_scripts(tmp_path: Path) -> None:
     source = tmp_path / "source"
-    for folder in ("flexsim_node", "thermal_node", "scripts"):
+    for folder in ("flexsim_node", "thermal_node", "scripts", "msgs_schema/flexsim_ros"):
         shutil.copytree(ROOT / folder, source / folder)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
@@ -85,7 +85,11 @@ def test_a_wheel_holds_every_file_and_nothing_named_scripts(tmp_path: Path) -> N
     with zipfile.ZipFile(next(tmp_path.glob("flexsim-*.whl"))) as wheel:
         held = {name for name in wheel.namelist() if name.endswith(".py")}
     files = (path.relative_to(source) for path in source.rglob("*.py") if "build" not in path.parts)
-    assert held == {re.sub(r"^scripts/", "flexsim/", str(path)) for path in files}
+    places = {r"^scripts/": "flexsim/", r"^msgs_schema/flexsim_ros/": "flexsim_ros/"}
+    wanted = {str(path) for path in files}
+    for folder, place in places.items():
+        wanted = {re.sub(folder, place, path) for path in wanted}
+    assert held == wanted
 
 
 def test_a_second_make_has_nothing_to_set_up() -> None:
@@ -102,7 +106,7 @@ def test_an_interrupted_set_up_is_begun_again(checkout: Path) -> None:
 def test_a_checkout_that_was_moved_is_set_up_again(checkout: Path) -> None:
     stamps = checkout / ".venv/stamps"
     stamps.mkdir(parents=True)
-    for name in ("venv", "messages", "project", "kernels"):
+    for name in ("venv", "standard", "messages", "project", "kernels"):
         (stamps / name).touch()
     (stamps / "place").write_text(f"{checkout.resolve()}\n")
     assert "Nothing to be done" in make("-n", "setup", cwd=checkout).stdout
