@@ -1,9 +1,9 @@
 """How well flexsim_node keeps time: `python benchmarks/realtime.py [--duration 60] [--controller] [--json]`.
 
-The node steps the anthropomorphic robot at 1 kHz; with --controller a process of its own answers it at 1 kHz.
-Fifty times a second a command is sent to it,
-and fifty times a second one to a bare rclpy node that answers at once: the latency of both is the
-time from before the call that sends to the arrival of the answer, as the middleware notes it.
+The node steps the anthropomorphic robot with geared motors at 1 kHz; with --controller a process of its own
+answers it at 1 kHz.  Fifty times a second a command is sent to it, and fifty times a second one to a bare
+rclpy node that answers at once: the latency of both is the time from before the call that sends to the
+arrival of the answer, as the middleware notes it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 from flexsim.terminal.stop import stopped_by_signals
 from flexsim.trial.processes import NODE, own_domain, processes
 
-SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic.yaml"
+SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic_geared.yaml"
 PERIOD = 0.02  # s between commands
 STARTED = 180.0
 PACKAGES = ("numpy", "numba", "ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp")
@@ -126,6 +126,8 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
                 bare.take()
             memory = status(robot.pid)
             said = last_diagnostics(node)
+        if said["status"] != "ok":
+            raise RuntimeError(f"the solver has stopped: {said['status']}")
         if controlled:
             trial.end(third)
         trial.end(robot)

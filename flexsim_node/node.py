@@ -31,6 +31,7 @@ from . import conversions
 from .commands import CommandRefused, Commands
 from .integrators import METHODS
 from .link_motion import link_motion
+from .pace import PRIORITY, go_first
 from .realtime import Loop, Output
 from .robot_description import robot_description
 from .scene import Scene, SceneError, faults_from_text, load_scene
@@ -279,6 +280,10 @@ def run(node: FlexsimNode, asked: list[int]) -> int:
     # milliseconds.
     gc.collect()
     gc.freeze()
+    if node.settings.mode == "realtime":
+        # This thread holds Python's lock now and then: were it to wait for a processor behind ordinary
+        # programs meanwhile, so would the stepping thread.
+        go_first(PRIORITY - 1)
     node.loop.start()
     try:
         while not (asked or node.simulation.quit_asked or node.loop.ended.is_set()):

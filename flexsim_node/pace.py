@@ -26,13 +26,13 @@ def sleep_finely() -> None:
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
-def go_first() -> bool:
+def go_first(priority: int = PRIORITY) -> bool:
     """Ask Linux to run this thread before all ordinary ones; says whether it is allowed.
 
     Root may, and users with an rtprio limit, as ros2_control asks them to have.
     """
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except (OSError, AttributeError):
         return False
     return True
