@@ -36,7 +36,7 @@ from .chain import (
 from .co_moving import view
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
-from .reduced_chain import BUFFER, MODES, TENSIONS, constant_places
+from .reduced_chain import BUFFER, MODES, TENSIONS, constant_places, lanes_of, row_width
 from .reduced_link import slope_energy
 from .spatial_kinematics import to_child
 
@@ -81,12 +81,12 @@ def element_coupling(dofs, e, d, i, coupling, inertia, t):
 def modal_energy(chain, work, n, d, rate, w, out):
     """Add a reduced link's modes to kinetic and linear elastic energy; their coupling is in their rows."""
     size, data, first, b = chain.reduced[n], chain.modal, chain.link[n, FIRST], len(chain.dofs)
-    places, width = constant_places(size, b), 3 * b + size[TENSIONS] + 1
+    places, width = constant_places(size, b), row_width(size, b)
     for i in range(size[MODES]):
         z, speed = d[first + 2 + i // b, i % b], rate[first + 2 + i // b, i % b]
         momentum = 0.5 * data[places[5] + i] * speed
         for k in range(b):
-            coupling = work.modal[size[BUFFER] + i * width + 2 * b + k]
+            coupling = work.modal[size[BUFFER] + i * width + 2 * lanes_of(b) + k]
             momentum += coupling * (w[5] if b == 3 and k == 2 else w[k])
             momentum += data[places[7] + 2 * b * i + k] * rate[first + 1, k]
             momentum += data[places[7] + 2 * b * i + b + k] * rate[first, k]

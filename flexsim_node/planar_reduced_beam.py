@@ -18,8 +18,9 @@ from .reduced_chain import (
     Y_MODES,
     buffer_places,
     constant_places,
+    row_width,
 )
-from .reduced_link import mode_rows, slope_energy, slope_product, stiffen, two_products
+from .reduced_link import mode_rows, products, slope_energy, slope_product, stiffen
 
 
 @kernel
@@ -96,7 +97,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
     for k in range(2):
         ca[k * n] += f[3 + k]
         ca[k * n + 2] += f[3 + k]
-    two_products(mass, n, ca, g)
+    products(mass, n, 2, ca, g)
     moment = 0.0
     for k in range(n):
         moment += c[k] * g[n + k] - c[n + k] * g[k]
@@ -107,7 +108,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
         c[1] -= e[LENGTH]
         c[2] -= e[LENGTH]
         c[3] -= e[LENGTH]
-        two_products(mass, n, c, ca)
+        products(mass, n, 2, c, ca)
         for k in range(2 * n):
             g[k] += square * ca[k]
     if size[TENSIONS] > 0:
@@ -161,21 +162,21 @@ def section_forces(size, data, own, e, f, d, v, a, first, alpha, two, spin, forc
         one = 1.0 if k < 3 else 0.0
         given[k] = j * (square * phi[k] - turn * one - change[k] - alpha * rate[k])
         given[n + k] = j * (-square * one - turn * phi[k] - two * rate[k])
-    two_products(section, n, given, made)
+    products(section, n, 2, given, made)
     moment = -made[0] - made[1] - made[2]
     for k in range(n):
         moment -= phi[k] * made[n + k]
     if not spin:
         for k in range(n):
             given[k], given[n + k] = j * square * phi[k], 0.0
-        two_products(section, n, given, own[at + 7 * n : at + 9 * n])
+        products(section, n, 2, given, own[at + 7 * n : at + 9 * n])
         for k in range(n):
             made[k] -= own[at + 7 * n + k]
     p, r = force[first], force[first + 1]
     p[2] -= made[0]
     r[2] -= made[2]
     spread_middle(e, -made[1], p, r)
-    for i in range(n - 3):
+    for i in range(size[MODES] - axial):
         force[first + 2 + (axial + i) // 3, (axial + i) % 3] -= made[3 + i]
     return moment
 
@@ -187,11 +188,11 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
     The link's own is added to inertia (3, 3), upper triangle.
     """
     places, buffers, n = constant_places(size, 3), buffer_places(size, 3), size[CENTRELINE]
-    axial, width, centre = size[AXIALS], 9 + size[TENSIONS] + 1, buffers[3]
+    axial, width, centre = size[AXIALS], row_width(size, 3), buffers[3]
     length, s, mass = e[LENGTH], e[SHEAR_Z], data[places[0] : places[1]]
     c, q = own[centre : centre + 3 * n], own[centre + 3 * n : centre + 6 * n]
     centreline(e, size, d, first, 1.0, c)
-    two_products(mass, n, c, q)
+    products(mass, n, 2, c, q)
     second = 0.0
     for k in range(2 * n):
         second += c[k] * q[k]
@@ -214,7 +215,7 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
         q[0], q[1], q[2], q[3], length, s
     )
     for i in range(size[MODES]):
-        at, along = buffers[0] + i * width + 6, mass[4 + i] + mass[2 * n + 4 + i]
+        at, along = buffers[0] + i * width + 8, mass[4 + i] + mass[2 * n + 4 + i]
         bends = i >= axial
         own[at] = 0.0 if bends else along
         own[at + 1] = along if bends else 0.0
@@ -225,7 +226,7 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
         phi = own[buffers[4] : buffers[4] + m]
         rotation(e, size, d, first, phi)
         second += j * length
-        for i in range(m):
+        for i in range(3 + size[MODES] - axial):
             total = 0.0
             for k in range(m):
                 total += section[i * m + k] * phi[k]
@@ -236,7 +237,7 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
             elif i < 3:
                 coupling[2 if i == 0 else 5, 2] += one
             else:
-                own[buffers[0] + (axial + i - 3) * width + 8] += one
+                own[buffers[0] + (axial + i - 3) * width + 10] += one
     inertia[2, 2] += second
 
 
@@ -252,7 +253,7 @@ def modal_rows(size, data, own, e, d, first, scale, coupling, w):
         return
     places, buffers, count = constant_places(size, 3), buffer_places(size, 3), size[CENTRELINE]
     modes, tensions, axial, n = size[MODES], size[TENSIONS], size[AXIALS], 4 + size[Y_MODES]
-    width, centre, slope = 9 + tensions + 1, buffers[3], buffers[5]
+    width, centre, slope = row_width(size, 3), buffers[3], buffers[5]
     c, q = own[centre : centre + 3 * count], own[slope : slope + n]
     rows = own[buffers[0] : buffers[1]]
     for j in range(tensions):
@@ -262,17 +263,17 @@ def modal_rows(size, data, own, e, d, first, scale, coupling, w):
         r = rows[(modes + j) * width : (modes + j + 1) * width]
         for k in range(width):
             r[k] = 0.0
-        r[9 + j] = -1.0 / stiffness
-        r[4], r[5], r[1], r[2] = hermite_transpose(q[0], q[1], q[2], q[3], e[LENGTH], e[SHEAR_Z])
+        r[12 + j] = -1.0 / stiffness
+        r[5], r[6], r[1], r[2] = hermite_transpose(q[0], q[1], q[2], q[3], e[LENGTH], e[SHEAR_Z])
         for i in range(4, n):
-            rows[(axial + i - 4) * width + 9 + j] = q[i]
+            rows[(axial + i - 4) * width + 12 + j] = q[i]
         if j == 0:
-            r[0], r[3] = 1.0, -1.0
+            r[0], r[4] = 1.0, -1.0
             w[0, 0] -= stiffness
             w[3, 3] -= stiffness
             w[0, 3] += stiffness
         else:
-            rows[(j - 1) * width + 9 + j] = 1.0
+            rows[(j - 1) * width + 12 + j] = 1.0
             rows[j * width - 1] -= stiffness
 
 

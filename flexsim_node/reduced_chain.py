@@ -12,11 +12,29 @@ from .kernel import kernel
 
 # columns of Chain.reduced (L, 12) int64: nodal rows after the link's end that hold its modes; modes (-1: the
 # link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
-# centreline and of the rotation; where the constants, the shapes of the nodes and the elements' rows start
+# centreline and of the rotation, with zeros up to a multiple of four; where the constants, the shapes of the nodes and the elements' rows start
 # in Chain.modal, and the buffers in Workspace.modal
 ROWS, MODES, AXIALS, Y_MODES, Z_MODES, TENSIONS, CENTRELINE, ROTATION = range(8)
 DATA, SHAPE, PIECES, BUFFER = range(8, 12)
 COLUMNS = 12
+
+
+@kernel
+def lanes_of(b):
+    """Places that the dofs of a node take in the rows of a factorisation: as many as a vector has."""
+    return 4 if b == 3 else 8
+
+
+@kernel
+def row_width(size, b):
+    """Length of a row of the factorisation: end, start and A in lanes, the tensions' entries, the pivot."""
+    return 3 * lanes_of(b) + size[TENSIONS] + 1
+
+
+@kernel
+def column_height(size):
+    """Length of a column of all rows, a multiple of four."""
+    return (size[MODES] + size[TENSIONS] + 3) // 4 * 4
 
 
 @kernel
@@ -42,16 +60,18 @@ def constant_places(size, b):
 def buffer_places(size, b):
     """Where a link's buffers start behind size[BUFFER].
 
-    pivot rows (P + T, 3b + T + 1), front (3b + T), tensions at hand (1), centreline (4, 3 F), rotation
+    pivot rows (P + T, row_width), their columns over (end, start, A) times minus the inverse pivots (3b,
+    column_height) and two more such columns, front (3b), tensions at hand (1), centreline (4, 3 F), rotation
     (8, 3 G), half the gradients of a squared slope in y and in z; and the end of all.
     """
     f, g, p, t = size[CENTRELINE], size[ROTATION], size[MODES], size[TENSIONS]
-    front = size[BUFFER] + (p + t) * (3 * b + t + 1)
-    active = front + 3 * b + t
+    columns = size[BUFFER] + (p + t) * row_width(size, b)
+    front = columns + (3 * b + 2) * column_height(size)
+    active = front + 3 * b
     centre = active + 1
     turn = centre + 12 * f
     slope = turn + 24 * g
-    return size[BUFFER], front, active, centre, turn, slope, slope + 2 * (4 + p)
+    return size[BUFFER], front, active, centre, turn, slope, columns, slope + 2 * (4 + p)
 
 
 def buffer_length(table: np.ndarray, b: int) -> int:

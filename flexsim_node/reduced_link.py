@@ -19,33 +19,21 @@ from .reduced_chain import (
     Y_MODES,
     Z_MODES,
     buffer_places,
+    column_height,
     constant_places,
+    lanes_of,
+    row_width,
 )
+from .weighted_sum import sum_four, sum_six_of_eight, sum_three_of_four
 
 
 @kernel
-def two_products(gram, n, y, out):
-    """out = gram y for two components of n numbers each; gram (n n,) is symmetric."""
-    for i in range(n):
-        a = b = 0.0
-        for k in range(n):
-            w = gram[i * n + k]
-            a += w * y[k]
-            b += w * y[n + k]
-        out[i], out[n + i] = a, b
-
-
-@kernel
-def three_products(gram, n, y, out):
-    """The same for three components."""
-    for i in range(n):
-        a = b = c = 0.0
-        for k in range(n):
-            w = gram[i * n + k]
-            a += w * y[k]
-            b += w * y[n + k]
-            c += w * y[2 * n + k]
-        out[i], out[n + i], out[2 * n + i] = a, b, c
+def products(gram, n, parts, y, out):
+    """out = gram y for `parts` components of n numbers each, n a multiple of four; gram (n n,) is symmetric."""
+    for k in range(0, parts * n, n):
+        for j in range(k, k + n, 4):
+            out[j], out[j + 1], out[j + 2], out[j + 3] = 0.0, 0.0, 0.0, 0.0
+            sum_four(n, y, k, 1, gram, j - k, n, out, j)
 
 
 @kernel
@@ -197,15 +185,25 @@ def mode_rows(size, data, own, b, scale):
     """Fill in the modes' rows over (end, start), the tensions' columns, the pivots; those of A are there."""
     places, buffers = constant_places(size, b), buffer_places(size, b)
     modes, tensions = size[MODES], size[TENSIONS] if scale > 0.0 else 0
-    width = 3 * b + size[TENSIONS] + 1
+    lanes, width = lanes_of(b), row_width(size, b)
     own[buffers[2]] = tensions
     for i in range(modes):
-        row = own[buffers[0] + i * width : buffers[0] + (i + 1) * width]
-        for k in range(2 * b):
-            row[k] = data[places[7] + 2 * b * i + k]
+        row, at = buffers[0] + i * width, places[7] + 2 * b * i
+        for k in range(b):
+            own[row + k] = data[at + k]
+            own[row + lanes + k] = data[at + b + k]
         for k in range(tensions):
-            row[3 * b + k] = 0.0
-        row[width - 1] = data[places[5] + i] + scale * data[places[6] + i]
+            own[row + 3 * lanes + k] = 0.0
+        own[row + width - 1] = data[places[5] + i] + scale * data[places[6] + i]
+
+
+@kernel
+def add_lanes(b, n, x, at, rows, first, width, out, place):
+    """Add sum_i x[at + i] times the rows' b entries from rows[first:] on to out[place:]."""
+    if b == 3:
+        sum_three_of_four(n, x, at, 1, rows, first, width, out, place)
+    else:
+        sum_six_of_eight(n, x, at, 1, rows, first, width, out, place)
 
 
 @kernel
@@ -216,30 +214,37 @@ def eliminate_modes(size, own, b, w):
     not positive.
     """
     buffers = buffer_places(size, b)
-    modes, tensions, length = size[MODES], int(own[buffers[2]]), 3 * b
-    width = length + size[TENSIONS] + 1
-    rows = own[buffers[0] : buffers[1]]
-    last = width - 1
+    modes, tensions, lanes = size[MODES], int(own[buffers[2]]), lanes_of(b)
+    width, height, front = row_width(size, b), column_height(size), 3 * lanes
+    rows, columns, last = buffers[0], buffers[6], width - 1
+    weights = columns + 3 * b * height
+    count = modes + tensions
     for i in range(modes):
-        if not rows[i * width + last] > 0.0:
+        at = rows + i * width + last
+        if not own[at] > 0.0:
             return False
-        rows[i * width + last] = 1.0 / rows[i * width + last]
+        own[at] = 1.0 / own[at]
     for j in range(tensions):
-        r = rows[(modes + j) * width : (modes + j + 1) * width]
-        for i in range(modes + j):
-            s = rows[i * width : (i + 1) * width]
-            c = s[length + j] * s[last]
-            if c != 0.0:
-                for k in range(length + tensions):
-                    r[k] -= c * s[k]
-        r[last] = 1.0 / r[length + j]
-    for p in range(length):
-        for i in range(modes + tensions):
-            s = rows[i * width : (i + 1) * width]
-            c = s[p] * s[last]
-            if c != 0.0:
-                for k in range(p, length):
-                    w[p, k] -= c * s[k]
+        r, n = rows + (modes + j) * width, modes + j
+        for i in range(n):
+            s = rows + i * width
+            c = -own[s + front + j] * own[s + last]
+            own[weights + i] = c
+            for k in range(j, tensions):
+                own[r + front + k] += c * own[s + front + k]
+        for k in range(0, front, 4):
+            sum_four(n, own, weights, 1, own, rows + k, width, own, r + k)
+        own[r + last] = 1.0 / own[r + front + j]
+    for i in range(count):
+        s = rows + i * width
+        inverse = -own[s + last]
+        for g in range(3):
+            for k in range(b):
+                own[columns + (g * b + k) * height + i] = inverse * own[s + g * lanes + k]
+    for g in range(3):
+        for p in range(g * b, g * b + b):
+            for k in range(g, 3):
+                add_lanes(b, count, own, columns + p * height, own, rows + k * lanes, width, w[p], k * b)
     return True
 
 
@@ -247,59 +252,51 @@ def eliminate_modes(size, own, b, w):
 def forward(size, own, unknown, first, b, rhs, out, f):
     """Take a link's modes and tensions out of the load f (end, start, A)."""
     buffers = buffer_places(size, b)
-    modes, tensions, length = size[MODES], int(own[buffers[2]]), 3 * b
-    width = length + size[TENSIONS] + 1
-    g = own[buffers[1] : buffers[2]]
-    for k in range(length):
-        g[k] = f[k]
-    for k in range(length, length + tensions):
-        g[k] = 0.0
-    for i in range(modes + tensions):
-        row = own[buffers[0] + i * width : buffers[0] + (i + 1) * width]
-        if i < modes:
-            at = unknown[first + 2 + i // b, i % b]
-            y = rhs[at] * row[width - 1]
-            out[at] = y
-            start = length
-        else:
-            start = length + i - modes
-            y = g[start] * row[width - 1]
-            row[start] = y  # the place of the tension's own pivot is free
-            start += 1
-        for k in range(length):
-            g[k] -= row[k] * y
-        for k in range(start, length + tensions):
-            g[k] -= row[k] * y
-    for k in range(length):
-        f[k] = g[k]
+    modes, tensions, lanes = size[MODES], int(own[buffers[2]]), lanes_of(b)
+    width, height, front = row_width(size, b), column_height(size), 3 * lanes
+    rows, last = buffers[0], width - 1
+    weights = buffers[6] + 3 * b * height
+    for i in range(modes):
+        at = unknown[first + 2 + i // b, i % b]
+        y = rhs[at] * own[rows + i * width + last]
+        out[at] = y
+        own[weights + i] = -y
+    for j in range(tensions):
+        r, load = rows + (modes + j) * width, 0.0
+        for i in range(modes + j):
+            load += own[weights + i] * own[rows + i * width + front + j]
+        y = load * own[r + last]
+        own[r + front + j] = y  # the place of the tension's own pivot is free
+        own[weights + modes + j] = -y
+    for g in range(3):
+        add_lanes(b, modes + tensions, own, weights, own, rows + g * lanes, width, f, g * b)
 
 
 @kernel
 def backward(size, own, unknown, first, b, end, z, out):
     """Find a link's modes from its end node and z (start node, A)."""
     buffers = buffer_places(size, b)
-    modes, tensions, length = size[MODES], int(own[buffers[2]]), 3 * b
-    width = length + size[TENSIONS] + 1
-    g = own[buffers[1] : buffers[2]]
+    modes, tensions, lanes = size[MODES], int(own[buffers[2]]), lanes_of(b)
+    width, height, front = row_width(size, b), column_height(size), 3 * lanes
+    rows, columns, at, last = buffers[0], buffers[6], buffers[1], width - 1
+    found = columns + 3 * b * height
     for k in range(b):
-        g[k] = end[k]
-        g[b + k] = z[k]
-        g[2 * b + k] = z[b + k]
+        own[at + k] = end[k]
+        own[at + b + k] = z[k]
+        own[at + 2 * b + k] = z[b + k]
+    for i in range(0, height, 4):
+        own[found + i], own[found + i + 1], own[found + i + 2], own[found + i + 3] = 0.0, 0.0, 0.0, 0.0
+        sum_four(3 * b, own, at, 1, own, columns + i, height, own, found + i)
     for j in range(tensions - 1, -1, -1):
-        row = own[buffers[0] + (modes + j) * width : buffers[0] + (modes + j + 1) * width]
-        total = 0.0
-        for k in range(length):
-            total += row[k] * g[k]
-        for k in range(length + j + 1, length + tensions):
-            total += row[k] * g[k]
-        g[length + j] = row[length + j] - total * row[width - 1]
+        r, total = rows + (modes + j) * width, 0.0
+        for k in range(j + 1, tensions):
+            total += own[r + front + k] * own[found + modes + k]
+        own[found + modes + j] += own[r + front + j] - total * own[r + last]
     for i in range(modes):
-        row = own[buffers[0] + i * width : buffers[0] + (i + 1) * width]
-        at = unknown[first + 2 + i // b, i % b]
-        total = 0.0
-        for k in range(length + tensions):
-            total += row[k] * g[k]
-        out[at] -= total * row[width - 1]
+        r, total = rows + i * width, 0.0
+        for k in range(tensions):
+            total += own[r + front + k] * own[found + modes + k]
+        out[unknown[first + 2 + i // b, i % b]] += own[found + i] - total * own[r + last]
 
 
 @kernel

@@ -143,6 +143,12 @@ def rotation_functions(rows: np.ndarray, shapes: list) -> np.ndarray:
     return out
 
 
+def padded(functions: np.ndarray) -> np.ndarray:
+    """Functions and zeros up to a multiple of four."""
+    missing = -len(functions) % 4
+    return np.concatenate([functions, np.zeros((missing, *functions.shape[1:]))])
+
+
 def end_shapes(row: np.ndarray, nodes: int) -> np.ndarray:
     """(nodes, 6, 12): nodal displacements of the link as one element (row) for (start node, end node)."""
     length, out = row[LENGTH], np.zeros((nodes, 6, 12))
@@ -208,8 +214,8 @@ def reduce_link(
         shapes = choose_modes(modes, (0, 1, 2, 3), count, axial)
     counts = tuple(sum(m[1] == kind for m in shapes) for kind in range(4))
     first, last = counts[0], sum(counts[:3])
-    f = centreline_functions(rows, shapes[:last])
-    r = rotation_functions(rows, shapes[first:])
+    f = padded(centreline_functions(rows, shapes[:last]))
+    r = padded(rotation_functions(rows, shapes[first:]))
     shape = np.zeros((nodes, 6, 12 + len(shapes)))
     shape[:, :, :12] = end_shapes(whole, nodes)
     for i, (_, _, u) in enumerate(shapes):
@@ -262,8 +268,8 @@ def reduced_links(
             modes,
             *one.counts[:3],
             len(one.tension),
-            4 + sum(one.counts[:3]),
-            3 + sum(one.counts[1:]),
+            len(one.mass),
+            len(one.section),
             sum(part.size for part in tape),
         )
         tape += [one.mass, one.section, one.slope_y, one.slope_z, one.tension]

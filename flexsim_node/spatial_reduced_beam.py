@@ -19,8 +19,9 @@ from .reduced_chain import (
     Z_MODES,
     buffer_places,
     constant_places,
+    row_width,
 )
-from .reduced_link import mode_rows, slope_energy, slope_product, stiffen, three_products
+from .reduced_link import mode_rows, products, slope_energy, slope_product, stiffen
 
 
 @kernel
@@ -33,7 +34,7 @@ def centreline(e, size, rows, first, x, t, c):
             c[k * n + i] = t[i, k]
         for i in range(4, n):
             c[k * n + i] = 0.0
-    for i in range(n - 4):
+    for i in range(plane + size[Z_MODES]):
         at = 0 if i < axial else (1 if i < plane else 2)
         c[at * n + 4 + i] = rows[first + 2 + i // 6, i % 6]
 
@@ -49,7 +50,7 @@ def rotation(e, size, rows, first, t, phi):
             phi[k * n + i] = t[i, k]
         for i in range(3, n):
             phi[k * n + i] = 0.0
-    for i in range(n - 3):
+    for i in range(size[MODES] - axial):
         at = 2 if i < plane else (1 if i < space else 0)
         phi[at * n + 3 + i] = rows[first + 2 + (axial + i) // 6, (axial + i) % 6]
 
@@ -62,7 +63,7 @@ def spread(e, size, g, t, force, first):
         for i in range(4):
             t[i, k] = g[k * n + i]
     spatial_beam.spread(e, t, force[first], force[first + 1])
-    for i in range(n - 4):
+    for i in range(plane + size[Z_MODES]):
         at = 0 if i < axial else (1 if i < plane else 2)
         force[first + 2 + i // 6, i % 6] += g[at * n + 4 + i]
 
@@ -76,7 +77,7 @@ def spread_rotation(e, size, g, t, force, first):
         for i in range(3):
             t[i, k] = g[k * n + i]
     spatial_beam.spread_rotation(e, t, force[first], force[first + 1])
-    for i in range(n - 3):
+    for i in range(size[MODES] - axial):
         at = 2 if i < plane else (1 if i < space else 0)
         force[first + 2 + (axial + i) // 6, (axial + i) % 6] += g[at * n + 3 + i]
 
@@ -121,7 +122,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
     for k in range(3):
         ca[k * n] += f[3 + k]
         ca[k * n + 2] += f[3 + k]
-    three_products(mass, n, ca, g)
+    products(mass, n, 3, ca, g)
     m0 = m1 = m2 = 0.0
     for k in range(n):
         m0 += c[n + k] * g[2 * n + k] - c[2 * n + k] * g[n + k]
@@ -136,7 +137,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
         c[1] -= e[LENGTH]
         c[2] -= e[LENGTH]
         c[3] -= e[LENGTH]
-        three_products(mass, n, c, ca)
+        products(mass, n, 3, c, ca)
         leave_out_softening(f, n, ca, g)
     if size[TENSIONS] > 0:
         stiffen(size, data, own, d, v, first, 6, 1.0, beta, force)
@@ -192,7 +193,7 @@ def section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin,
     rotation(e, size, d, first, t, phi)
     rotation(e, size, v, first, t, pv)
     rotation(e, size, a, first, t, pa)
-    three_products(section, n, phi, spun)
+    products(section, n, 3, phi, spun)
     m0 = m1 = m2 = 0.0
     for k in range(n):
         px, py, pz = phi[k], phi[n + k], phi[2 * n + k]
@@ -210,7 +211,7 @@ def section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin,
         m0 -= sx * (fy1 + fz2)
         m1 += sx * fy0 + sz * fy2 - sy * fz2
         m2 += sx * fz0 - sz * fy1 + sy * fz1
-    three_products(section, n, moment, made)
+    products(section, n, 3, moment, made)
     for k in range(3):
         m0 += made[k]
         m1 += made[n + k]
@@ -244,7 +245,7 @@ def spin_forces(size, data, own, e, f, v, a, first, alpha, coriolis, force, wren
         pa[k] = e[POLAR] * (pa[k] + alpha * pv[k] + f[6] * one)
         pa[n + k] = e[POLAR] * ((pv[k] if coriolis else 0.0) + f[0] * one)
         pa[2 * n + k] = 0.0
-    three_products(data[places[1] : places[2]], n, pa, made)
+    products(data[places[1] : places[2]], n, 3, pa, made)
     turning = 0.0
     for k in range(3):
         wrench[3] += made[k]
@@ -263,12 +264,12 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia, t):
     The link's own is added to inertia (6, 6), upper triangle.
     """
     places, buffers, n = constant_places(size, 6), buffer_places(size, 6), size[CENTRELINE]
-    axial, width, centre = size[AXIALS], 18 + size[TENSIONS] + 1, buffers[3]
+    axial, width, centre = size[AXIALS], row_width(size, 6), buffers[3]
     plane = axial + size[Y_MODES]
     mass = data[places[0] : places[1]]
     c, q, g = own[centre : centre + 3 * n], own[centre + 3 * n : centre + 6 * n], t[0:4]
     centreline(e, size, d, first, 1.0, t, c)
-    three_products(mass, n, c, q)
+    products(mass, n, 3, c, q)
     coupling[:] = 0.0
     for k in range(3):
         # a unit acceleration along e_k has the coefficients (1, 0, 1, 0)
@@ -284,10 +285,10 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia, t):
             g[i, r] = q[p * n + i]
         spatial_beam.spread(e, g, coupling[0:6, 3 + k], coupling[6:12, 3 + k])
     for i in range(size[MODES]):
-        row = own[buffers[0] + i * width + 12 : buffers[0] + i * width + 18]
+        row = own[buffers[0] + i * width + 16 : buffers[0] + i * width + 22]
         for k in range(6):
             row[k] = 0.0
-        if i < n - 4:
+        if i < plane + size[Z_MODES]:
             at = 0 if i < axial else (1 if i < plane else 2)
             p, r = (at + 1) % 3, (at + 2) % 3
             row[at] = mass[4 + i] + mass[2 * n + 4 + i]
@@ -329,9 +330,9 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia, t):
             g[i, 2] = 0.0
             inertia[3, 3] += g[i, 0]
         spatial_beam.spread_rotation(e, g, coupling[0:6, 3], coupling[6:12, 3])
-        for i in range(plane - axial + size[Z_MODES], n - 3):
+        for i in range(plane - axial + size[Z_MODES], size[MODES] - axial):
             one = section[3 + i] + section[n + 3 + i] + section[2 * n + 3 + i]
-            own[buffers[0] + (axial + i) * width + 15] += e[POLAR] * one
+            own[buffers[0] + (axial + i) * width + 19] += e[POLAR] * one
 
 
 @kernel
@@ -339,12 +340,12 @@ def section_coupling(size, data, own, e, d, first, coupling, inertia, t):
     """The sections' part of inertia_coupling."""
     iy, iz, n = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION]
     places, buffers = constant_places(size, 6), buffer_places(size, 6)
-    section, at, width = data[places[1] : places[2]], buffers[4], 18 + size[TENSIONS] + 1
+    section, at, width = data[places[1] : places[2]], buffers[4], row_width(size, 6)
     phi, spun = own[at : at + 3 * n], own[at + 15 * n : at + 18 * n]
     axial, plane = size[AXIALS], size[Y_MODES]
     space = plane + size[Z_MODES]
     rotation(e, size, d, first, t, phi)
-    three_products(section, n, phi, spun)
+    products(section, n, 3, phi, spun)
     px = py = pz = 0.0
     for k in range(3):
         px += spun[k]
@@ -368,7 +369,7 @@ def section_coupling(size, data, own, e, d, first, coupling, inertia, t):
     inertia[4, 5] += (iz - iy) * px
     # moments of e_k x q on phi = (y_z - z_y, z_x, -y_x) of the directors y and z
     gx, gy, gz = t[0:3], t[3:6], t[6:9]
-    for i in range(n):
+    for i in range(3 + size[MODES] - axial):
         one = section[i] + section[n + i] + section[2 * n + i]
         sx, sy, sz = spun[i], spun[n + i], spun[2 * n + i]
         if i < 3:
@@ -376,7 +377,7 @@ def section_coupling(size, data, own, e, d, first, coupling, inertia, t):
             gy[i, 0], gy[i, 1], gy[i, 2] = iy * sz, iz * one, -iy * sx
             gz[i, 0], gz[i, 1], gz[i, 2] = -iz * sy, iz * sx, iy * one
             continue
-        at = buffers[0] + (axial + i - 3) * width + 15
+        at = buffers[0] + (axial + i - 3) * width + 19
         if i - 3 < plane:
             own[at + 1] -= iy * sx
             own[at + 2] += iy * one
@@ -404,7 +405,7 @@ def modal_rows(size, data, own, e, d, first, scale, coupling, w, t):
         return
     places, buffers, count = constant_places(size, 6), buffer_places(size, 6), size[CENTRELINE]
     modes, tensions, axial = size[MODES], size[TENSIONS], size[AXIALS]
-    n, m, width = 4 + size[Y_MODES], 4 + size[Z_MODES], 18 + tensions + 1
+    n, m, width = 4 + size[Y_MODES], 4 + size[Z_MODES], row_width(size, 6)
     after, centre, slope = axial + size[Y_MODES], buffers[3], buffers[5]
     c, qy, qz = own[centre : centre + 3 * count], own[slope : slope + n], own[slope + n : slope + n + m]
     rows = own[buffers[0] : buffers[1]]
@@ -417,21 +418,21 @@ def modal_rows(size, data, own, e, d, first, scale, coupling, w, t):
         r = rows[(modes + j) * width : (modes + j + 1) * width]
         for k in range(width):
             r[k] = 0.0
-        r[18 + j] = -1.0 / stiffness
-        r[7], r[11], r[1], r[5] = hermite_transpose(qy[0], qy[1], qy[2], qy[3], e[LENGTH], e[SHEAR_Z])
+        r[24 + j] = -1.0 / stiffness
+        r[9], r[13], r[1], r[5] = hermite_transpose(qy[0], qy[1], qy[2], qy[3], e[LENGTH], e[SHEAR_Z])
         w1, t1, w2, t2 = hermite_transpose(qz[0], qz[1], qz[2], qz[3], e[LENGTH], e[SHEAR_Y])
-        r[8], r[10], r[2], r[4] = w1, -t1, w2, -t2
+        r[10], r[12], r[2], r[4] = w1, -t1, w2, -t2
         for i in range(4, n):
-            rows[(axial + i - 4) * width + 18 + j] = qy[i]
+            rows[(axial + i - 4) * width + 24 + j] = qy[i]
         for i in range(4, m):
-            rows[(after + i - 4) * width + 18 + j] = qz[i]
+            rows[(after + i - 4) * width + 24 + j] = qz[i]
         if j == 0:
-            r[0], r[6] = 1.0, -1.0
+            r[0], r[8] = 1.0, -1.0
             w[0, 0] -= stiffness
             w[6, 6] -= stiffness
             w[0, 6] += stiffness
         else:
-            rows[(j - 1) * width + 18 + j] = 1.0
+            rows[(j - 1) * width + 24 + j] = 1.0
             rows[j * width - 1] -= stiffness
 
 
