@@ -84,14 +84,14 @@ def modal_energy(chain, work, n, d, rate, w, out):
     places, width = constant_places(size, b), row_width(size, b)
     for i in range(size[MODES]):
         z, speed = d[first + 2 + i // b, i % b], rate[first + 2 + i // b, i % b]
-        momentum = 0.5 * data[places[5] + i] * speed
+        momentum = 0.5 * data[places[4] + i] * speed
         for k in range(b):
             coupling = work.modal[size[BUFFER] + i * width + 2 * lanes_of(b) + k]
             momentum += coupling * (w[5] if b == 3 and k == 2 else w[k])
-            momentum += data[places[7] + 2 * b * i + k] * rate[first + 1, k]
-            momentum += data[places[7] + 2 * b * i + b + k] * rate[first, k]
+            momentum += data[places[6] + 2 * b * i + k] * rate[first + 1, k]
+            momentum += data[places[6] + 2 * b * i + b + k] * rate[first, k]
         out[0] += momentum * speed
-        out[1] += 0.5 * data[places[6] + i] * z * z
+        out[1] += 0.5 * data[places[5] + i] * z * z
 
 
 @allocating_kernel

@@ -15,12 +15,11 @@ from .reduced_chain import (
     MODES,
     ROTATION,
     TENSIONS,
-    Y_MODES,
     buffer_places,
     constant_places,
     row_width,
 )
-from .reduced_link import mode_rows, products, slope_energy, slope_product, stiffen
+from .reduced_link import mode_rows, products, slope_energy, stiffen, tension_row
 
 
 @kernel
@@ -122,7 +121,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
         planar_beam.stiffness_product(e, d, v, first + 1, beta, force)
     for i in range(size[MODES]):
         p, k = first + 2 + i // 3, i % 3
-        force[p, k] += data[places[6] + i] * (d[p, k] + beta * v[p, k])
+        force[p, k] += data[places[5] + i] * (d[p, k] + beta * v[p, k])
 
 
 @kernel
@@ -135,7 +134,7 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force):
     planar_beam.stiffness_product(e, d, y, first + 1, scale, force)
     for i in range(size[MODES]):
         p, q = first + 2 + i // 3, i % 3
-        force[p, q] += scale * data[places[6] + i] * y[p, q]
+        force[p, q] += scale * data[places[5] + i] * y[p, q]
     if size[TENSIONS] > 0:
         g = own[centre + 9 * n : centre + 12 * n]
         centreline(e, size, d, first, 1.0, own[centre : centre + 3 * n])
@@ -251,30 +250,9 @@ def modal_rows(size, data, own, e, d, first, scale, coupling, w):
     mode_rows(size, data, own, 3, scale)
     if scale == 0.0:
         return
-    places, buffers, count = constant_places(size, 3), buffer_places(size, 3), size[CENTRELINE]
-    modes, tensions, axial, n = size[MODES], size[TENSIONS], size[AXIALS], 4 + size[Y_MODES]
-    width, centre, slope = row_width(size, 3), buffers[3], buffers[5]
-    c, q = own[centre : centre + 3 * count], own[slope : slope + n]
-    rows = own[buffers[0] : buffers[1]]
-    for j in range(tensions):
-        gram = data[places[2] + j * n * n : places[2] + (j + 1) * n * n]
-        slope_product(gram, n, c, count, axial, q)
-        stiffness = scale * data[places[4] + j]
-        r = rows[(modes + j) * width : (modes + j + 1) * width]
-        for k in range(width):
-            r[k] = 0.0
-        r[12 + j] = -1.0 / stiffness
-        r[5], r[6], r[1], r[2] = hermite_transpose(q[0], q[1], q[2], q[3], e[LENGTH], e[SHEAR_Z])
-        for i in range(4, n):
-            rows[(axial + i - 4) * width + 12 + j] = q[i]
-        if j == 0:
-            r[0], r[4] = 1.0, -1.0
-            w[0, 0] -= stiffness
-            w[3, 3] -= stiffness
-            w[0, 3] += stiffness
-        else:
-            rows[(j - 1) * width + 12 + j] = 1.0
-            rows[j * width - 1] -= stiffness
+    tension = constant_places(size, 3)[3]
+    for j in range(size[TENSIONS]):
+        tension_row(size, data, own, e, 3, j, scale * data[tension + j], w)
 
 
 @kernel

@@ -12,8 +12,8 @@ from .kernel import kernel
 
 # columns of Chain.reduced (L, 12) int64: nodal rows after the link's end that hold its modes; modes (-1: the
 # link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
-# centreline and of the rotation, with zeros up to a multiple of four; where the constants, the shapes of the nodes and the elements' rows start
-# in Chain.modal, and the buffers in Workspace.modal
+# centreline and of the rotation, with zeros up to a multiple of four; where the constants, the shapes of the
+# nodes and the elements' rows start in Chain.modal, and the buffers in Workspace.modal
 ROWS, MODES, AXIALS, Y_MODES, Z_MODES, TENSIONS, CENTRELINE, ROTATION = range(8)
 DATA, SHAPE, PIECES, BUFFER = range(8, 12)
 COLUMNS = 12
@@ -41,19 +41,17 @@ def column_height(size):
 def constant_places(size, b):
     """Where a link's constants start behind size[DATA].
 
-    mass (F, F), section (G, G), slope_y (T, 4 + Y, 4 + Y), slope_z (T, 4 + Z, 4 + Z), tension (T,),
-    modal mass and stiffness (P,), coupling of the modes with end and start node (P, 2b); and the end of all.
+    mass (F, F), section (G, G), slope (T, F, F), tension (T,), modal mass and stiffness (P,), coupling of the
+    modes with end and start node (P, 2b); and the end of all.
     """
     f, g, p, t = size[CENTRELINE], size[ROTATION], size[MODES], size[TENSIONS]
-    y, z = 4 + size[Y_MODES], 4 + size[Z_MODES]
     section = size[DATA] + f * f
-    slope_y = section + g * g
-    slope_z = slope_y + t * y * y
-    tension = slope_z + t * z * z
+    slope = section + g * g
+    tension = slope + t * f * f
     mass = tension + t
     stiffness = mass + p
     coupling = stiffness + p
-    return size[DATA], section, slope_y, slope_z, tension, mass, stiffness, coupling, coupling + 2 * b * p
+    return size[DATA], section, slope, tension, mass, stiffness, coupling, coupling + 2 * b * p
 
 
 @kernel
@@ -62,7 +60,7 @@ def buffer_places(size, b):
 
     pivot rows (P + T, row_width), their columns over (end, start, A) times minus the inverse pivots (3b,
     column_height) and two more such columns, front (3b), tensions at hand (1), centreline (4, 3 F), rotation
-    (8, 3 G), half the gradients of a squared slope in y and in z; and the end of all.
+    (8, 3 G), half the gradient of a squared slope in y and in z (2, F); and the end of all.
     """
     f, g, p, t = size[CENTRELINE], size[ROTATION], size[MODES], size[TENSIONS]
     columns = size[BUFFER] + (p + t) * row_width(size, b)
@@ -71,7 +69,7 @@ def buffer_places(size, b):
     centre = active + 1
     turn = centre + 12 * f
     slope = turn + 24 * g
-    return size[BUFFER], front, active, centre, turn, slope, columns, slope + 2 * (4 + p)
+    return size[BUFFER], front, active, centre, turn, slope, columns, slope + 2 * f
 
 
 def buffer_length(table: np.ndarray, b: int) -> int:

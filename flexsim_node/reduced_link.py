@@ -8,6 +8,7 @@ K_j b_j b_j^T is what is left of [[., b_j], [b_j^T, -1 / K_j]], and the modes' p
 
 from __future__ import annotations
 
+from .beam import LENGTH, SHEAR_Y, SHEAR_Z, hermite_transpose
 from .chain import FIRST
 from .kernel import kernel
 from .reduced_chain import (
@@ -29,7 +30,7 @@ from .weighted_sum import sum_four, sum_six_of_eight, sum_three_of_four
 
 @kernel
 def products(gram, n, parts, y, out):
-    """out = gram y for `parts` components of n numbers each, n a multiple of four; gram (n n,) is symmetric."""
+    """out = gram y for `parts` components of n numbers each, a multiple of four; gram (n n,) is symmetric."""
     for k in range(0, parts * n, n):
         for j in range(k, k + n, 4):
             out[j], out[j + 1], out[j + 2], out[j + 3] = 0.0, 0.0, 0.0, 0.0
@@ -37,38 +38,38 @@ def products(gram, n, parts, y, out):
 
 
 @kernel
-def slope_product(gram, n, y, at, start, out):
-    """out (n,) = gram y for functions 0..3 of the component y[at:] and those past `start`; returns y out."""
+def slopes(size, data, own, b, j):
+    """Write half the gradient of the squared slope that tension j sees to its buffer; returns the elongation.
+
+    The centreline's lateral coefficients are in the buffers.
+    """
+    places, buffers, n = constant_places(size, b), buffer_places(size, b), size[CENTRELINE]
+    at, slope = buffers[3] + n, buffers[5]
+    parts = 1 if b == 3 else 2
+    gram = data[places[2] + j * n * n : places[2] + (j + 1) * n * n]
+    products(gram, n, parts, own[at : at + 2 * n], own[slope : slope + 2 * n])
     total = 0.0
-    for i in range(n):
-        value = 0.0
-        for k in range(4):
-            value += gram[i * n + k] * y[at + k]
-        for k in range(4, n):
-            value += gram[i * n + k] * y[at + start + k]
-        out[i] = value
-        total += value * (y[at + i] if i < 4 else y[at + start + i])
+    for k in range(parts * n):
+        total += own[at + k] * own[slope + k]
+    return 0.5 * total
+
+
+@kernel
+def slope_rate(size, own, b):
+    """Rate of that; the centreline's rates are in the buffers too."""
+    buffers, n = buffer_places(size, b), size[CENTRELINE]
+    at, slope, total = buffers[3] + 4 * n, buffers[5], 0.0
+    for k in range(n if b == 3 else 2 * n):
+        total += own[at + k] * own[slope + k]
     return total
 
 
 @kernel
-def rate_of(n, q, y, at, start):
-    """q (n,) times the functions 0..3 of the component y[at:] and those from `start` on."""
-    total = 0.0
-    for i in range(4):
-        total += q[i] * y[at + i]
-    for i in range(4, n):
-        total += q[i] * y[at + start + i]
-    return total
-
-
-@kernel
-def pull_slopes(n, tension, q, g, at, start):
-    """Add tension times q (n,) to the forces g[at:] on the functions 0..3 and those from `start` on."""
-    for i in range(4):
-        g[at + i] += tension * q[i]
-    for i in range(4, n):
-        g[at + start + i] += tension * q[i]
+def stretched(d, first, j, b):
+    """Elongation j of the nodal rows d without the slopes': of the ends, or that of an axial mode."""
+    if j == 0:
+        return d[first + 1, 0] - d[first, 0]
+    return d[first + 2 + (j - 1) // b, (j - 1) % b]
 
 
 @kernel
@@ -78,43 +79,23 @@ def stiffen(size, data, own, d, v, first, b, still, beta, force):
     still is 1 for the forces of the displacements d; beta adds the stiffness at d times v.  The centreline's
     coefficients of d and v are in the buffers.
     """
-    places, buffers = constant_places(size, b), buffer_places(size, b)
-    axial, n, m = size[AXIALS], 4 + size[Y_MODES], 4 + size[Z_MODES]
-    count = size[CENTRELINE]
-    centre, slope = buffers[3], buffers[5]
-    c, cv = own[centre : centre + 3 * count], own[centre + 3 * count : centre + 6 * count]
-    g = own[centre + 9 * count : centre + 12 * count]
-    p, r = first, first + 1
-    after = axial + size[Y_MODES]
+    places, buffers, n = constant_places(size, b), buffer_places(size, b), size[CENTRELINE]
+    g, slope = buffers[3] + 10 * n, buffers[5]
     for j in range(size[TENSIONS]):
-        qy, qz = own[slope : slope + n], own[slope + n : slope + n + m]
-        gram = data[places[2] + j * n * n : places[2] + (j + 1) * n * n]
-        extra = 0.5 * slope_product(gram, n, c, count, axial, qy)
-        i, k = first + 2 + (j - 1) // b, (j - 1) % b
-        pull = d[r, 0] - d[p, 0] if j == 0 else d[i, k]
-        rate = 0.0
+        extra = still * slopes(size, data, own, b, j)
+        pull = still * stretched(d, first, j, b)
         if beta > 0.0:
-            rate = rate_of(n, qy, cv, count, axial)
-        if b == 6:
-            gram = data[places[3] + j * m * m : places[3] + (j + 1) * m * m]
-            extra += 0.5 * slope_product(gram, m, c, 2 * count, after, qz)
-            if beta > 0.0:
-                rate += rate_of(m, qz, cv, 2 * count, after)
-        extra *= still
-        pull *= still
-        if beta > 0.0:
-            extra += beta * rate
-            pull += beta * (v[r, 0] - v[p, 0] if j == 0 else v[i, k])
-        extra *= data[places[4] + j]
-        pull = data[places[4] + j] * pull + extra
+            extra += beta * slope_rate(size, own, b)
+            pull += beta * stretched(v, first, j, b)
+        extra *= data[places[3] + j]
+        pull = data[places[3] + j] * pull + extra
         if j == 0:
-            force[p, 0] -= extra
-            force[r, 0] += extra
+            force[first, 0] -= extra
+            force[first + 1, 0] += extra
         else:
-            force[i, k] += extra
-        pull_slopes(n, pull, qy, g, count, axial)
-        if b == 6:
-            pull_slopes(m, pull, qz, g, 2 * count, after)
+            force[first + 2 + (j - 1) // b, (j - 1) % b] += extra
+        for k in range(n if b == 3 else 2 * n):
+            own[g + k] += pull * own[slope + k]
 
 
 @kernel
@@ -123,24 +104,13 @@ def slope_energy(size, data, own, d, first, b, longest):
 
     Tensions beyond the first `longest` are left out.  The centreline's coefficients are in the buffers.
     """
-    places, buffers = constant_places(size, b), buffer_places(size, b)
-    axial, n, m = size[AXIALS], 4 + size[Y_MODES], 4 + size[Z_MODES]
-    count = size[CENTRELINE]
-    centre, slope = buffers[3], buffers[5]
-    c = own[centre : centre + 3 * count]
-    qy, qz = own[slope : slope + n], own[slope + n : slope + n + m]
+    places = constant_places(size, b)
     total = mean = 0.0
     for j in range(min(longest, size[TENSIONS])):
-        gram = data[places[2] + j * n * n : places[2] + (j + 1) * n * n]
-        more = 0.5 * slope_product(gram, n, c, count, axial, qy)
-        if b == 6:
-            gram = data[places[3] + j * m * m : places[3] + (j + 1) * m * m]
-            more += 0.5 * slope_product(gram, m, c, 2 * count, axial + size[Y_MODES], qz)
-        i, k = first + 2 + (j - 1) // b, (j - 1) % b
-        pull = d[first + 1, 0] - d[first, 0] if j == 0 else d[i, k]
-        total += data[places[4] + j] * more * (pull + 0.5 * more)
+        more, pull = slopes(size, data, own, b, j), stretched(d, first, j, b)
+        total += data[places[3] + j] * more * (pull + 0.5 * more)
         if j == 0:
-            mean = data[places[4]] * (pull + more)
+            mean = data[places[3]] * (pull + more)
     return total, mean
 
 
@@ -150,34 +120,49 @@ def elongation(size, data, own, d, v, first, b, piece, pieces):
 
     The centreline's coefficients of d and v are in the buffers.
     """
-    places, buffers = constant_places(size, b), buffer_places(size, b)
-    axial, n, m, count = size[AXIALS], 4 + size[Y_MODES], 4 + size[Z_MODES], size[CENTRELINE]
-    centre, slope, after = buffers[3], buffers[5], axial + size[Y_MODES]
-    c, cv = own[centre : centre + 3 * count], own[centre + 3 * count : centre + 6 * count]
-    qy, qz = own[slope : slope + n], own[slope + n : slope + n + m]
     width = 2 * b + size[MODES]
     total = change = 0.0
     for j in range(size[TENSIONS]):
-        gram = data[places[2] + j * n * n : places[2] + (j + 1) * n * n]
-        long = 0.5 * slope_product(gram, n, c, count, axial, qy)
-        rate = rate_of(n, qy, cv, count, axial)
-        if b == 6:
-            gram = data[places[3] + j * m * m : places[3] + (j + 1) * m * m]
-            long += 0.5 * slope_product(gram, m, c, 2 * count, after, qz)
-            rate += rate_of(m, qz, cv, 2 * count, after)
-        if j == 0:
-            long += d[first + 1, 0] - d[first, 0]
-            rate += v[first + 1, 0] - v[first, 0]
-            share = 1.0 / pieces
-        else:
-            i, k = first + 2 + (j - 1) // b, (j - 1) % b
-            long += d[i, k]
-            rate += v[i, k]
+        long = slopes(size, data, own, b, j) + stretched(d, first, j, b)
+        rate = slope_rate(size, own, b) + stretched(v, first, j, b)
+        share = 1.0 / pieces
+        if j > 0:
             at = size[SHAPE] + piece * b * width + 2 * b + j - 1
             share = data[at + b * width] - data[at]
         total += share * long
         change += share * rate
     return total, change
+
+
+@kernel
+def tension_row(size, data, own, e, b, j, stiffness, w):
+    """Fill in the row of tension j and the modes' entries for it; what it stands for leaves w and a pivot."""
+    buffers, n, lanes = buffer_places(size, b), size[CENTRELINE], lanes_of(b)
+    width, axial, bent = row_width(size, b), size[AXIALS], size[AXIALS] + size[Y_MODES]
+    rows, slope = buffers[0], buffers[5]
+    slopes(size, data, own, b, j)
+    q = own[slope : slope + 2 * n]
+    at = rows + (size[MODES] + j) * width
+    for k in range(width):
+        own[at + k] = 0.0
+    own[at + 3 * lanes + j] = -1.0 / stiffness
+    w1, t1, w2, t2 = hermite_transpose(q[0], q[1], q[2], q[3], e[LENGTH], e[SHEAR_Z])
+    own[at + 1], own[at + b - 1], own[at + lanes + 1], own[at + lanes + b - 1] = w2, t2, w1, t1
+    for i in range(axial, bent):
+        own[rows + i * width + 3 * lanes + j] = q[4 + i]
+    if b == 6:
+        w1, t1, w2, t2 = hermite_transpose(q[n], q[n + 1], q[n + 2], q[n + 3], e[LENGTH], e[SHEAR_Y])
+        own[at + 2], own[at + 4], own[at + lanes + 2], own[at + lanes + 4] = w2, -t2, w1, -t1
+        for i in range(bent, bent + size[Z_MODES]):
+            own[rows + i * width + 3 * lanes + j] = q[n + 4 + i]
+    if j == 0:
+        own[at], own[at + lanes] = 1.0, -1.0
+        w[0, 0] -= stiffness
+        w[b, b] -= stiffness
+        w[0, b] += stiffness
+    else:
+        own[rows + (j - 1) * width + 3 * lanes + j] = 1.0
+        own[rows + j * width - 1] -= stiffness
 
 
 @kernel
@@ -188,13 +173,13 @@ def mode_rows(size, data, own, b, scale):
     lanes, width = lanes_of(b), row_width(size, b)
     own[buffers[2]] = tensions
     for i in range(modes):
-        row, at = buffers[0] + i * width, places[7] + 2 * b * i
+        row, at = buffers[0] + i * width, places[6] + 2 * b * i
         for k in range(b):
             own[row + k] = data[at + k]
             own[row + lanes + k] = data[at + b + k]
         for k in range(tensions):
             own[row + 3 * lanes + k] = 0.0
-        own[row + width - 1] = data[places[5] + i] + scale * data[places[6] + i]
+        own[row + width - 1] = data[places[4] + i] + scale * data[places[5] + i]
 
 
 @kernel

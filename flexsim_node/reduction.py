@@ -52,8 +52,7 @@ class ReducedLink:
     counts: tuple[int, int, int, int]  # modes of each kind
     mass: np.ndarray
     section: np.ndarray
-    slope_y: np.ndarray
-    slope_z: np.ndarray
+    slope: np.ndarray
     tension: np.ndarray
     modal_mass: np.ndarray
     modal_stiffness: np.ndarray
@@ -233,14 +232,11 @@ def reduce_link(
     for j in range(len(slopes)):
         weight = stretch[j] * spring / rows[:, LENGTH] / tension[j]
         slopes[j] = np.einsum("iea,ab,jeb,e->ij", f, unit, f, weight)
-    in_y = np.r_[0:4, 4 + first : 4 + first + counts[1]]
-    in_z = np.r_[0:4, 4 + first + counts[1] : 4 + last]
     return ReducedLink(
         counts=counts,
         mass=np.einsum("iea,ab,jeb,e->ij", f, HERMITE_MASS, f, rows[:, MASS]),
         section=np.einsum("iea,ab,jeb,e->ij", r, QUADRATIC_MASS, r, rows[:, LENGTH]),
-        slope_y=slopes[:, in_y][:, :, in_y],
-        slope_z=slopes[:, in_z][:, :, in_z],
+        slope=slopes,
         tension=tension if stiffening else np.zeros(0),
         modal_mass=np.einsum("ai,ab,bi->i", own, mass, own),
         modal_stiffness=np.einsum("ai,ab,bi->i", own, stiffness, own),
@@ -272,7 +268,7 @@ def reduced_links(
             len(one.section),
             sum(part.size for part in tape),
         )
-        tape += [one.mass, one.section, one.slope_y, one.slope_z, one.tension]
+        tape += [one.mass, one.section, one.slope, one.tension]
         tape += [one.modal_mass, one.modal_stiffness, one.coupling[:, both]]
         size[SHAPE] = sum(part.size for part in tape)
         tape.append(one.shape[:, dofs][:, :, [*both, *range(12, 12 + modes)]])

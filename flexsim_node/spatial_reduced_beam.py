@@ -7,7 +7,7 @@ own as in reduced_link.py; e is the row of the link as one element, t scratch (3
 from __future__ import annotations
 
 from . import spatial_beam
-from .beam import INERTIA_Y, INERTIA_Z, LENGTH, POLAR, SHEAR_Y, SHEAR_Z, hermite_transpose
+from .beam import INERTIA_Y, INERTIA_Z, LENGTH, POLAR
 from .kernel import kernel
 from .reduced_chain import (
     AXIALS,
@@ -21,7 +21,7 @@ from .reduced_chain import (
     constant_places,
     row_width,
 )
-from .reduced_link import mode_rows, products, slope_energy, slope_product, stiffen
+from .reduced_link import mode_rows, products, slope_energy, stiffen, tension_row
 
 
 @kernel
@@ -151,7 +151,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
         spatial_beam.stiffness_product(e, d, v, first + 1, beta, force)
     for i in range(size[MODES]):
         p, q = first + 2 + i // 6, i % 6
-        force[p, q] += data[places[6] + i] * (d[p, q] + beta * v[p, q])
+        force[p, q] += data[places[5] + i] * (d[p, q] + beta * v[p, q])
 
 
 @kernel
@@ -164,7 +164,7 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force, t):
     spatial_beam.stiffness_product(e, d, y, first + 1, scale, force)
     for i in range(size[MODES]):
         p, q = first + 2 + i // 6, i % 6
-        force[p, q] += scale * data[places[6] + i] * y[p, q]
+        force[p, q] += scale * data[places[5] + i] * y[p, q]
     if size[TENSIONS] > 0:
         g = own[centre + 9 * n : centre + 12 * n]
         centreline(e, size, d, first, 1.0, t, own[centre : centre + 3 * n])
@@ -403,37 +403,9 @@ def modal_rows(size, data, own, e, d, first, scale, coupling, w, t):
     mode_rows(size, data, own, 6, scale)
     if scale == 0.0:
         return
-    places, buffers, count = constant_places(size, 6), buffer_places(size, 6), size[CENTRELINE]
-    modes, tensions, axial = size[MODES], size[TENSIONS], size[AXIALS]
-    n, m, width = 4 + size[Y_MODES], 4 + size[Z_MODES], row_width(size, 6)
-    after, centre, slope = axial + size[Y_MODES], buffers[3], buffers[5]
-    c, qy, qz = own[centre : centre + 3 * count], own[slope : slope + n], own[slope + n : slope + n + m]
-    rows = own[buffers[0] : buffers[1]]
-    for j in range(tensions):
-        gram = data[places[2] + j * n * n : places[2] + (j + 1) * n * n]
-        slope_product(gram, n, c, count, axial, qy)
-        gram = data[places[3] + j * m * m : places[3] + (j + 1) * m * m]
-        slope_product(gram, m, c, 2 * count, after, qz)
-        stiffness = scale * data[places[4] + j]
-        r = rows[(modes + j) * width : (modes + j + 1) * width]
-        for k in range(width):
-            r[k] = 0.0
-        r[24 + j] = -1.0 / stiffness
-        r[9], r[13], r[1], r[5] = hermite_transpose(qy[0], qy[1], qy[2], qy[3], e[LENGTH], e[SHEAR_Z])
-        w1, t1, w2, t2 = hermite_transpose(qz[0], qz[1], qz[2], qz[3], e[LENGTH], e[SHEAR_Y])
-        r[10], r[12], r[2], r[4] = w1, -t1, w2, -t2
-        for i in range(4, n):
-            rows[(axial + i - 4) * width + 24 + j] = qy[i]
-        for i in range(4, m):
-            rows[(after + i - 4) * width + 24 + j] = qz[i]
-        if j == 0:
-            r[0], r[8] = 1.0, -1.0
-            w[0, 0] -= stiffness
-            w[6, 6] -= stiffness
-            w[0, 6] += stiffness
-        else:
-            rows[(j - 1) * width + 24 + j] = 1.0
-            rows[j * width - 1] -= stiffness
+    tension = constant_places(size, 6)[3]
+    for j in range(size[TENSIONS]):
+        tension_row(size, data, own, e, 6, j, scale * data[tension + j], w)
 
 
 @kernel
