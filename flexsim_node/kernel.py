@@ -124,7 +124,7 @@ def forget_stale_kernels(package: Path) -> None:
     compiled = [*package.rglob("*.nbi"), *package.rglob("*.nbc")]  # in the __pycache__ beside each source
     if not compiled:
         return
-    compiles = re.compile(r"from \.+kernel import|NamedTuple")  # kernels, and the arrays that they work on
+    compiles = re.compile(r"from \.+kernel import|NamedTuple|intrinsic")  # kernels, their arrays and own code
     newest = max(
         path.stat().st_mtime for path in package.rglob("*.py") if compiles.search(path.read_text("utf-8"))
     )

@@ -19,21 +19,22 @@ from .reduced_chain import (
     constant_places,
     row_width,
 )
-from .reduced_link import mode_rows, products, slope_energy, stiffen, tension_row
+from .reduced_link import field, mode_rows, products, slope_energy, stiffen, tension_row
 
 
 @kernel
 def centreline(e, size, rows, first, x, c):
-    """Write the coefficients of the centreline's functions into c (2 F,); x = 1 adds the rest shape."""
+    """Write the coefficients of the centreline's functions into c (2 F,); x = 1 adds the rest shape.
+
+    Of a mode only the one that is not always zero.
+    """
     p, r, length, n = rows[first], rows[first + 1], e[LENGTH], size[CENTRELINE]
     stretch = r[0] - p[0] + x * length
     c[0], c[1], c[2], c[3] = p[0], stretch, r[0] + x * length, stretch
     c[n], c[n + 1], c[n + 2], c[n + 3] = hermite(p[1], p[2], r[1], r[2], length, e[SHEAR_Z])
     for i in range(size[MODES]):
         value = rows[first + 2 + i // 3, i % 3]
-        bends = i >= size[AXIALS]
-        c[4 + i] = 0.0 if bends else value
-        c[n + 4 + i] = value if bends else 0.0
+        c[4 + i if i < size[AXIALS] else n + 4 + i] = value
 
 
 @kernel
@@ -85,14 +86,14 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
     places, centre, n = constant_places(size, 3), buffer_places(size, 3)[3], size[CENTRELINE]
     mass = data[places[0] : places[1]]
     # a component lies n further; stiffen leaves room for three
-    c, cv = own[centre : centre + 3 * n], own[centre + 3 * n : centre + 6 * n]
-    ca, g = own[centre + 6 * n : centre + 9 * n], own[centre + 9 * n : centre + 12 * n]
+    c, ca = own[centre : centre + 3 * n], own[centre + 9 * n : centre + 12 * n]
+    g, r = own[centre + 12 * n : centre + 15 * n], own[centre + 15 * n : centre + 15 * n + 18]
     centreline(e, size, d, first, 1.0, c)
-    centreline(e, size, v, first, 0.0, cv)
-    centreline(e, size, a, first, 0.0, ca)
-    for k in range(n):
-        ca[k] += alpha * cv[k] - square * c[k] - turn * c[n + k] - two * cv[n + k]
-        ca[n + k] += alpha * cv[n + k] - square * c[n + k] + turn * c[k] + two * cv[k]
+    centreline(e, size, v, first, 0.0, own[centre + 3 * n : centre + 6 * n])
+    centreline(e, size, a, first, 0.0, own[centre + 6 * n : centre + 9 * n])
+    r[0], r[1], r[3], r[4], r[6] = -square, -turn, alpha, -two, 1.0
+    r[9], r[10], r[12], r[13], r[16] = turn, -square, two, alpha, 1.0
+    field(size, own, 3, 2)
     for k in range(2):
         ca[k * n] += f[3 + k]
         ca[k * n + 2] += f[3 + k]
@@ -136,7 +137,7 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force):
         p, q = first + 2 + i // 3, i % 3
         force[p, q] += scale * data[places[5] + i] * y[p, q]
     if size[TENSIONS] > 0:
-        g = own[centre + 9 * n : centre + 12 * n]
+        g = own[centre + 12 * n : centre + 15 * n]
         centreline(e, size, d, first, 1.0, own[centre : centre + 3 * n])
         centreline(e, size, y, first, 0.0, own[centre + 3 * n : centre + 6 * n])
         for k in range(2 * n):
@@ -189,7 +190,7 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
     places, buffers, n = constant_places(size, 3), buffer_places(size, 3), size[CENTRELINE]
     axial, width, centre = size[AXIALS], row_width(size, 3), buffers[3]
     length, s, mass = e[LENGTH], e[SHEAR_Z], data[places[0] : places[1]]
-    c, q = own[centre : centre + 3 * n], own[centre + 3 * n : centre + 6 * n]
+    c, q = own[centre : centre + 3 * n], own[centre + 12 * n : centre + 15 * n]
     centreline(e, size, d, first, 1.0, c)
     products(mass, n, 2, c, q)
     second = 0.0

@@ -59,15 +59,16 @@ def buffer_places(size, b):
     """Where a link's buffers start behind size[BUFFER].
 
     pivot rows (P + T, row_width), their columns over (end, start, A) times minus the inverse pivots (3b,
-    column_height) and two more such columns, front (3b), tensions at hand (1), centreline (4, 3 F), rotation
-    (8, 3 G), half the gradient of a squared slope in y and in z (2, F); and the end of all.
+    column_height) and two more such columns, front (3b), 1 + tensions at hand (0: no rows yet) and the
+    scale that the rows are for, centreline (displacement, rate, acceleration, all of it, force; 3 F), weights
+    (3, 9), rotation (8, 3 G), half the gradient of a squared slope in y and in z (2, F); and the end of all.
     """
     f, g, p, t = size[CENTRELINE], size[ROTATION], size[MODES], size[TENSIONS]
     columns = size[BUFFER] + (p + t) * row_width(size, b)
     front = columns + (3 * b + 2) * column_height(size)
     active = front + 3 * b
-    centre = active + 1
-    turn = centre + 12 * f
+    centre = active + 2
+    turn = centre + 15 * f + 27
     slope = turn + 24 * g
     return size[BUFFER], front, active, centre, turn, slope, columns, slope + 2 * f
 

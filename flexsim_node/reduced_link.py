@@ -38,6 +38,18 @@ def products(gram, n, parts, y, out):
 
 
 @kernel
+def field(size, own, b, parts):
+    """Combine the coefficients of d, v and a in the buffers, by the weights there, to those of all of it."""
+    n, centre = size[CENTRELINE], buffer_places(size, b)[3]
+    weights, out = centre + 15 * n, centre + 9 * n
+    for k in range(parts):
+        for j in range(0, n, 4):
+            at = out + k * n + j
+            own[at], own[at + 1], own[at + 2], own[at + 3] = 0.0, 0.0, 0.0, 0.0
+            sum_four(9, own, weights + 9 * k, 1, own, centre + j, n, own, at)
+
+
+@kernel
 def slopes(size, data, own, b, j):
     """Write half the gradient of the squared slope that tension j sees to its buffer; returns the elongation.
 
@@ -80,7 +92,7 @@ def stiffen(size, data, own, d, v, first, b, still, beta, force):
     coefficients of d and v are in the buffers.
     """
     places, buffers, n = constant_places(size, b), buffer_places(size, b), size[CENTRELINE]
-    g, slope = buffers[3] + 10 * n, buffers[5]
+    g, slope = buffers[3] + 13 * n, buffers[5]
     for j in range(size[TENSIONS]):
         extra = still * slopes(size, data, own, b, j)
         pull = still * stretched(d, first, j, b)
@@ -136,7 +148,7 @@ def elongation(size, data, own, d, v, first, b, piece, pieces):
 
 @kernel
 def tension_row(size, data, own, e, b, j, stiffness, w):
-    """Fill in the row of tension j and the modes' entries for it; what it stands for leaves w and a pivot."""
+    """Fill in the row of tension j and the modes' entries for it; what it stands for leaves the ends' w."""
     buffers, n, lanes = buffer_places(size, b), size[CENTRELINE], lanes_of(b)
     width, axial, bent = row_width(size, b), size[AXIALS], size[AXIALS] + size[Y_MODES]
     rows, slope = buffers[0], buffers[5]
@@ -160,18 +172,20 @@ def tension_row(size, data, own, e, b, j, stiffness, w):
         w[0, 0] -= stiffness
         w[b, b] -= stiffness
         w[0, b] += stiffness
-    else:
-        own[rows + (j - 1) * width + 3 * lanes + j] = 1.0
-        own[rows + j * width - 1] -= stiffness
 
 
 @kernel
 def mode_rows(size, data, own, b, scale):
-    """Fill in the modes' rows over (end, start), the tensions' columns, the pivots; those of A are there."""
+    """Fill in what is constant of the modes' rows, unless it is there: over (end, start), inverse pivots.
+
+    What the axial tensions stand for has left the pivots; where one is not positive its inverse is -1.
+    """
     places, buffers = constant_places(size, b), buffer_places(size, b)
     modes, tensions = size[MODES], size[TENSIONS] if scale > 0.0 else 0
-    lanes, width = lanes_of(b), row_width(size, b)
-    own[buffers[2]] = tensions
+    lanes, width, height = lanes_of(b), row_width(size, b), column_height(size)
+    if own[buffers[2]] > 0.0 and own[buffers[2] + 1] == scale:
+        return
+    own[buffers[2]], own[buffers[2] + 1] = 1 + tensions, scale
     for i in range(modes):
         row, at = buffers[0] + i * width, places[6] + 2 * b * i
         for k in range(b):
@@ -179,7 +193,14 @@ def mode_rows(size, data, own, b, scale):
             own[row + lanes + k] = data[at + b + k]
         for k in range(tensions):
             own[row + 3 * lanes + k] = 0.0
-        own[row + width - 1] = data[places[4] + i] + scale * data[places[5] + i]
+        pivot = data[places[4] + i] + scale * data[places[5] + i]
+        if i < tensions - 1:
+            pivot -= scale * data[places[3] + i + 1]
+            own[row + 3 * lanes + i + 1] = 1.0
+        inverse = 1.0 / pivot if pivot > 0.0 else -1.0
+        own[row + width - 1] = inverse
+        for k in range(2 * b):
+            own[buffers[6] + k * height + i] = -inverse * data[at + k]
 
 
 @kernel
@@ -199,16 +220,14 @@ def eliminate_modes(size, own, b, w):
     not positive.
     """
     buffers = buffer_places(size, b)
-    modes, tensions, lanes = size[MODES], int(own[buffers[2]]), lanes_of(b)
+    modes, tensions, lanes = size[MODES], int(own[buffers[2]]) - 1, lanes_of(b)
     width, height, front = row_width(size, b), column_height(size), 3 * lanes
     rows, columns, last = buffers[0], buffers[6], width - 1
     weights = columns + 3 * b * height
     count = modes + tensions
     for i in range(modes):
-        at = rows + i * width + last
-        if not own[at] > 0.0:
+        if not own[rows + i * width + last] > 0.0:
             return False
-        own[at] = 1.0 / own[at]
     for j in range(tensions):
         r, n = rows + (modes + j) * width, modes + j
         for i in range(n):
@@ -223,7 +242,7 @@ def eliminate_modes(size, own, b, w):
     for i in range(count):
         s = rows + i * width
         inverse = -own[s + last]
-        for g in range(3):
+        for g in range(2 if i < modes else 0, 3):  # a mode's are constant over (end, start)
             for k in range(b):
                 own[columns + (g * b + k) * height + i] = inverse * own[s + g * lanes + k]
     for g in range(3):
@@ -237,7 +256,7 @@ def eliminate_modes(size, own, b, w):
 def forward(size, own, unknown, first, b, rhs, out, f):
     """Take a link's modes and tensions out of the load f (end, start, A)."""
     buffers = buffer_places(size, b)
-    modes, tensions, lanes = size[MODES], int(own[buffers[2]]), lanes_of(b)
+    modes, tensions, lanes = size[MODES], int(own[buffers[2]]) - 1, lanes_of(b)
     width, height, front = row_width(size, b), column_height(size), 3 * lanes
     rows, last = buffers[0], width - 1
     weights = buffers[6] + 3 * b * height
@@ -261,7 +280,7 @@ def forward(size, own, unknown, first, b, rhs, out, f):
 def backward(size, own, unknown, first, b, end, z, out):
     """Find a link's modes from its end node and z (start node, A)."""
     buffers = buffer_places(size, b)
-    modes, tensions, lanes = size[MODES], int(own[buffers[2]]), lanes_of(b)
+    modes, tensions, lanes = size[MODES], int(own[buffers[2]]) - 1, lanes_of(b)
     width, height, front = row_width(size, b), column_height(size), 3 * lanes
     rows, columns, at, last = buffers[0], buffers[6], buffers[1], width - 1
     found = columns + 3 * b * height

@@ -21,19 +21,20 @@ from .reduced_chain import (
     constant_places,
     row_width,
 )
-from .reduced_link import mode_rows, products, slope_energy, stiffen, tension_row
+from .reduced_link import field, mode_rows, products, slope_energy, stiffen, tension_row
 
 
 @kernel
 def centreline(e, size, rows, first, x, t, c):
-    """Write the coefficients of the centreline's functions into c (3 F,); x = 1 adds the rest shape."""
+    """Write the coefficients of the centreline's functions into c (3 F,); x = 1 adds the rest shape.
+
+    Of a mode only the one that is not always zero.
+    """
     n, axial, plane = size[CENTRELINE], size[AXIALS], size[AXIALS] + size[Y_MODES]
     spatial_beam.centreline(e, rows[first], rows[first + 1], x, t)
     for k in range(3):
         for i in range(4):
             c[k * n + i] = t[i, k]
-        for i in range(4, n):
-            c[k * n + i] = 0.0
     for i in range(plane + size[Z_MODES]):
         at = 0 if i < axial else (1 if i < plane else 2)
         c[at * n + 4 + i] = rows[first + 2 + i // 6, i % 6]
@@ -108,17 +109,15 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
     x0, x1, x2 = (2.0 * w0, 2.0 * w1, 2.0 * w2) if coriolis else (0.0, 0.0, 0.0)
     places, centre, n = constant_places(size, 6), buffer_places(size, 6)[3], size[CENTRELINE]
     mass = data[places[0] : places[1]]
-    c, cv = own[centre : centre + 3 * n], own[centre + 3 * n : centre + 6 * n]
-    ca, g = own[centre + 6 * n : centre + 9 * n], own[centre + 9 * n : centre + 12 * n]
+    c, ca = own[centre : centre + 3 * n], own[centre + 9 * n : centre + 12 * n]
+    g, r = own[centre + 12 * n : centre + 15 * n], own[centre + 15 * n : centre + 15 * n + 27]
     centreline(e, size, d, first, 1.0, t, c)
-    centreline(e, size, v, first, 0.0, t, cv)
-    centreline(e, size, a, first, 0.0, t, ca)
-    for k in range(n):
-        x, y, z = c[k], c[n + k], c[2 * n + k]
-        u, p, q = cv[k], cv[n + k], cv[2 * n + k]
-        ca[k] += b00 * x + b01 * y + b02 * z + x1 * q - x2 * p + alpha * u
-        ca[n + k] += b10 * x + b11 * y + b12 * z + x2 * u - x0 * q + alpha * p
-        ca[2 * n + k] += b20 * x + b21 * y + b22 * z + x0 * p - x1 * u + alpha * q
+    centreline(e, size, v, first, 0.0, t, own[centre + 3 * n : centre + 6 * n])
+    centreline(e, size, a, first, 0.0, t, own[centre + 6 * n : centre + 9 * n])
+    r[0], r[1], r[2], r[3], r[4], r[5], r[6] = b00, b01, b02, alpha, -x2, x1, 1.0
+    r[9], r[10], r[11], r[12], r[13], r[14], r[16] = b10, b11, b12, x2, alpha, -x0, 1.0
+    r[18], r[19], r[20], r[21], r[22], r[23], r[26] = b20, b21, b22, -x1, x0, alpha, 1.0
+    field(size, own, 6, 3)
     for k in range(3):
         ca[k * n] += f[3 + k]
         ca[k * n + 2] += f[3 + k]
@@ -166,7 +165,7 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force, t):
         p, q = first + 2 + i // 6, i % 6
         force[p, q] += scale * data[places[5] + i] * y[p, q]
     if size[TENSIONS] > 0:
-        g = own[centre + 9 * n : centre + 12 * n]
+        g = own[centre + 12 * n : centre + 15 * n]
         centreline(e, size, d, first, 1.0, t, own[centre : centre + 3 * n])
         centreline(e, size, y, first, 0.0, t, own[centre + 3 * n : centre + 6 * n])
         for k in range(3 * n):
@@ -267,7 +266,7 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia, t):
     axial, width, centre = size[AXIALS], row_width(size, 6), buffers[3]
     plane = axial + size[Y_MODES]
     mass = data[places[0] : places[1]]
-    c, q, g = own[centre : centre + 3 * n], own[centre + 3 * n : centre + 6 * n], t[0:4]
+    c, q, g = own[centre : centre + 3 * n], own[centre + 12 * n : centre + 15 * n], t[0:4]
     centreline(e, size, d, first, 1.0, t, c)
     products(mass, n, 3, c, q)
     coupling[:] = 0.0
