@@ -244,6 +244,8 @@ def report(
         "made": time.strftime("%Y-%m-%d"),
         "machine": machine(),
         "reference": {"how": reference.how, "error": reference.error},
+        "formulation": getattr(study.scene, "formulation", None),
+        "formulations": reference.formulations,
         "measures": {m.name: {"label": m.label, "unit": m.unit, "scale": m.scale} for m in study.measures},
         "points": [
             o.record() | ({"median": o.median, "spread": o.spread} if o.seconds else {}) for o in outcomes
@@ -264,7 +266,7 @@ def print_study(
     found: dict[str, Any], measures: tuple[Measure, ...], outcomes: list[Outcome], cost: Cost
 ) -> None:
     """Print the frontier, what did not run, and the sentence."""
-    from .study.choice import duration_said
+    from .study.choice import duration_said, formulations_said
 
     by_name = {o.point: o for o in outcomes}
     best = [by_name[name] for name in found["frontier"]]
@@ -280,6 +282,8 @@ def print_study(
         if m.name in found["reference"]["error"]
     )
     click.echo(f"Reference: {found['reference']['how']}. Its own error: {own}.")
+    for sentence in formulations_said(found["formulation"], found["formulations"], measures[0]):
+        click.echo(sentence)
     unit = "time a period" if cost.rate else "time"
     title = f"{found['name']}: {len(outcomes)} points; those that nothing beats in both time and error:"
     print_table(title, ["method", "step", unit, "spread", *(m.label for m in shown)], rows)

@@ -52,7 +52,7 @@ def command(names: tuple[str, ...], listed: bool, as_json: bool) -> None:
             begun = time.monotonic()
             outcome = case.play()
             results[case.name] = {
-                "held": outcome.held,
+                "held": bool(outcome.held),
                 "ended": outcome.ended,
                 "figures": outcome.figures,
                 "seconds": time.monotonic() - begun,

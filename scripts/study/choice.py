@@ -151,6 +151,18 @@ def use(outcome: Outcome, measure: Measure, cost: Cost) -> str:
     return f"{outcome.curve}{step}: {measure.show(outcome.error(measure.name))}, {time}"
 
 
+def formulations_said(
+    own: str | None, others: Mapping[str, Mapping[str, float]], measure: Measure
+) -> list[str]:
+    """How far the other formulations are, each in a sentence."""
+    return [
+        f"{name}, without error of step or mesh, is {measure.show(far['distance'])}"
+        f" ± {measure.show(far['uncertainty'])} from {own}, this scene's formulation: so far the models"
+        " differ, whatever the step. co_moving is the one that holds where links turn elastically."
+        for name, far in others.items()
+    ]
+
+
 def duration_said(seconds: float) -> str:
     """For example 200 µs."""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):

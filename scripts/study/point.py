@@ -96,11 +96,14 @@ class Reference:
     """The best answer, how good it is by a second method, and how it was found.
 
     arrays : what points are compared with; error {measure: its own error}; how : a sentence
+    formulations : {another formulation: {"distance" of its converged tip from the reference, m, and the
+        "uncertainty" of that}}
     """
 
     arrays: dict[str, Array]
     error: dict[str, float]
     how: str
+    formulations: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
 class Study(Protocol):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -12,24 +13,37 @@ from flexsim_node import Run, Scene, load_scene, natural_frequencies, simulate
 
 from .point import Array, Measure, Outcome, Point, Reference
 from .ringing import ringing
+from .robot_grid import STEPS, RobotGrid
 
-REAL_TIME = ("rosenbrock_w", "generalized_alpha")
-STEPS = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)
-EXPLICIT_STEPS = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6)
-TOLERANCES = (1e-3, 1e-5, 1e-7)
-ELEMENTS = (1, 2, 4, 8)
-VARIANT_STEPS = (2e-3, 1e-3, 5e-4)
-EFFECT_STEP = 1e-3
 SAMPLES = 100
 RINGS = 8
 """Periods of the slowest vibration that are listened to."""
 PUSH = 0.02
 """rad or m that every joint is moved to make the links ring."""
 REPEATS = 3
-LIMIT = 60.0
+LIMIT = 10.0
 """s that one run of a point may take."""
 PROBE = 0.02
 """Part of a run that tells how long the whole would take."""
+MESH_ORDER = {"erls": 4, "co_moving": 2}
+"""Order of the tip's error in the length of an element."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The tip (K, 3), m, and the joints (K, m), rad or m, over time."""
+
+    tip: Array
+    angle: Array
+
+    def beyond(self, coarser: Motion, order: int) -> Motion:
+        """Extrapolated to no step, or no element, from this one and one of twice that (Richardson)."""
+        n = 2.0**order
+        return Motion((n * self.tip - coarser.tip) / (n - 1.0), (n * self.angle - coarser.angle) / (n - 1.0))
+
+    def apart(self, other: Motion) -> Array:
+        """Largest distance of the tips, m, and of any joint, rad or m."""
+        return np.array([far(self.tip, other.tip), float(np.max(np.abs(self.angle - other.angle)))])
 
 
 class RobotStudy:
@@ -69,6 +83,7 @@ class RobotStudy:
         # Every step of the grid divides the time between samples, so that none is shortened.
         self.period = STEPS[0] * max(1, round(duration / SAMPLES / STEPS[0]))
         self.duration = self.period * max(1, round(duration / self.period))
+        self.grid = RobotGrid(path, self.given, self.scene, self.period, self.vary, quick)
 
     @property
     def fingerprint(self) -> dict[str, Any]:
@@ -80,76 +95,9 @@ class RobotStudy:
             "quick": self.quick,
         }
 
-    # The grid
-
-    @property
-    def _flexible(self) -> list[int]:
-        links = enumerate(self.scene.links)
-        return [k for k, link in links if link.beam is not None and link.flexible]
-
-    def _meshed(self, elements: int) -> dict[str, Any]:
-        return {f"links.{k}.beam.elements": elements for k in self._flexible}
-
     def points(self) -> list[Point]:
-        """Integrators by steps by elements; then each effect, formulation and reduction of its own."""
-        found: list[Point] = []
-        steps = STEPS[1:4] if self.quick else STEPS
-        elements = (ELEMENTS[:2] if self.quick else ELEMENTS) if self._flexible else (0,)
-
-        def add(curve: str, size: float, overrides: dict[str, Any]) -> None:
-            found.append(Point(curve, size, overrides))
-
-        for n in elements:
-            mesh, said = self._meshed(n), f", {n} element{'s' * (n != 1)} a link" if n else ""
-            for method in REAL_TIME:
-                for step in steps:
-                    add(f"{method}{said}", step, {"solver.method": method, "solver.step": step, **mesh})
-        if not self.quick:
-            for step in EXPLICIT_STEPS:
-                add("runge_kutta_4", step, {"solver.method": "runge_kutta_4", "solver.step": step})
-            for method in ("radau", "dop853"):
-                for tolerance in TOLERANCES:
-                    add(
-                        method,
-                        tolerance,
-                        {
-                            "solver.method": method,
-                            "solver.step": self.period,
-                            "solver.relative_tolerance": tolerance,
-                            "solver.absolute_tolerance": 1e-2 * tolerance,
-                        },
-                    )
-        for said, overrides in self._variants():
-            for step in steps[:1] if self.quick else VARIANT_STEPS:
-                add(said, step, {"solver.step": step, **overrides})
-        for said, overrides in self._effects():
-            found.append(Point(said, EFFECT_STEP, {"solver.step": EFFECT_STEP, **overrides}, effect=True))
-        return found
-
-    def _effects(self) -> list[tuple[str, dict[str, Any]]]:
-        """Each effect the other way round."""
-        found: list[tuple[str, dict[str, Any]]] = []
-        for name, value in self.scene.effects:
-            if isinstance(value, bool):
-                found.append((f"{name} {'off' if value else 'on'}", {f"effects.{name}": not value}))
-        return found[:3] if self.quick else found
-
-    def _variants(self) -> list[tuple[str, dict[str, Any]]]:
-        """Each choice that the scene's schema offers beside integrator, step and mesh, one at a time."""
-        scene = self.scene
-        found: list[tuple[str, dict[str, Any]]] = []
-        zeroed = scene.erls.zeroed
-        found += [(f"zeroed: {s}", {"erls.zeroed": s}) for s in ("root", "chord") if s != zeroed]
-        fields = type(scene).model_fields
-        if "formulation" in fields:
-            choices = [c for c in get_args(fields["formulation"].annotation) if isinstance(c, str)]
-            now = getattr(scene, "formulation", None)
-            found += [(f"formulation: {c}", {"formulation": c}) for c in choices if c != now]
-        if "reduction" in fields and self._flexible:
-            found += [(f"reduction: {n} modes", {"reduction": {"modes": n}}) for n in (1, 2, 4)]
-        for key, values in self.vary.items():
-            found += [(f"{key}={value}", {key: value}) for value in values]
-        return found[:1] if self.quick else found
+        """The grid."""
+        return self.grid.points()
 
     # Runs
 
@@ -175,7 +123,7 @@ class RobotStudy:
     @cached_property
     def _slowest(self) -> float | None:
         """The slowest vibration with the joints held, Hz."""
-        if not self._flexible:
+        if not self.grid.flexible:
             return None
         try:
             frequencies = np.asarray(natural_frequencies(self.scene, self._start, locked=True))
@@ -225,39 +173,57 @@ class RobotStudy:
     # Reference
 
     def reference(self, progress: Callable[[str], None]) -> Reference:
-        """Twice the finest mesh, both real-time methods extrapolated to no step (Richardson).
+        """Twice the finest mesh of the scene's own formulation, both methods extrapolated to no step.
 
-        The error of the step is what the two differ by; that of the mesh is a fifteenth of what half
-        as many elements change, for cubic beams' fourth order.
+        The error of the step is what the two methods differ by; that of the mesh follows from what half as
+        many elements change and the formulation's order, where that is two after it is extrapolated.
+        The other formulations are taken to their own end likewise: how far they then are is what their
+        model changes.
         """
-        finest = 2 * (ELEMENTS[1] if self.quick else ELEMENTS[-1])
-        step = (STEPS[3] if self.quick else STEPS[-1]) / 2.0
+        finest = 2 * self.grid.elements[-1]
+        step = self.grid.steps[-1] / 2.0
+        fine, half, quarter = (self.grid.meshed(finest // n) for n in (1, 2, 4))
 
-        def extrapolated(method: str, mesh: dict[str, Any]) -> tuple[Array, Array]:
+        def extrapolated(method: str, changed: dict[str, Any]) -> Motion:
             both = []
             for h in (step, step / 2.0):
-                progress(f"reference: {method}, {h:g} s" + (f", {mesh_said(mesh)}" if mesh else ""))
-                run = self._move(self._scene({**mesh, "solver.method": method, "solver.step": h}))
+                said = f", {changed['formulation']}" if "formulation" in changed else ""
+                progress(f"reference: {method}, {h:g} s{said}")
+                run = self._move(self._scene({**changed, "solver.method": method, "solver.step": h}))
                 if run.status != "ok":
                     raise ValueError(f"the reference {run.status}; study a motion that the scene can do")
-                both.append((run.link_end[:, -1], run.joint_position))
-            (tip1, angle1), (tip2, angle2) = both
-            return (4.0 * tip2 - tip1) / 3.0, (4.0 * angle2 - angle1) / 3.0
+                both.append(Motion(run.link_end[:, -1], run.joint_position))
+            return both[1].beyond(both[0], 2)
 
-        fine, half = self._meshed(finest), self._meshed(finest // 2)
-        tip, angle = extrapolated("rosenbrock_w", fine)
-        tip_b, angle_b = extrapolated("generalized_alpha", fine)
-        own_tip, own_angle = far(tip, tip_b), float(np.max(np.abs(angle - angle_b)))
+        order = MESH_ORDER[self.scene.formulation]
+        best, check = (extrapolated(m, fine) for m in ("rosenbrock_w", "generalized_alpha"))
+        own = best.apart(check)
         how = f"rosenbrock_w and generalized_alpha extrapolated from {step:g} and {step / 2:g} s"
-        if self._flexible:
-            coarse, coarse_angle = extrapolated("rosenbrock_w", half)
-            own_tip += far(tip, coarse) / 15.0
-            own_angle += float(np.max(np.abs(angle - coarse_angle))) / 15.0
+        if self.grid.flexible:
+            coarse = extrapolated("rosenbrock_w", half)
             how += f", {finest} elements a link against {finest // 2}"
-        same_a, _ = extrapolated("rosenbrock_w", {})
-        same_b, _ = extrapolated("generalized_alpha", {})
-        arrays = {"tip": tip, "angle": angle, "time": same_a}
-        error = {"tip": own_tip, "angle": own_angle, "time": far(same_a, same_b)}
+            if order < 4:
+                coarser = extrapolated("rosenbrock_w", quarter)
+                best, coarse = best.beyond(coarse, order), coarse.beyond(coarser, order)
+                how += f" and {finest // 4}, extrapolated"
+            own = own + best.apart(coarse) / 15.0
+        same_a, same_b = (extrapolated(m, {}) for m in ("rosenbrock_w", "generalized_alpha"))
+        arrays = {"tip": best.tip, "angle": best.angle, f"time_{self.scene.formulation}": same_a.tip}
+        error = {"tip": float(own[0]), "angle": float(own[1]), "time": float(same_a.apart(same_b)[0])}
+        formulations = {}
+        for name, changed in self.grid.other_formulations().items():
+            if self.grid.refusal(changed) or not self.grid.flexible:
+                continue
+            try:
+                there = [extrapolated("rosenbrock_w", {**changed, **mesh}) for mesh in (fine, half)]
+                arrays[f"time_{name}"] = extrapolated("rosenbrock_w", changed).tip
+            except ValueError:
+                continue  # its points say why
+            end = there[0].beyond(there[1], MESH_ORDER[name])
+            formulations[name] = {
+                "distance": float(end.apart(best)[0]),
+                "uncertainty": float(end.apart(there[0])[0]) + error["tip"],
+            }
 
         def rung(method: str, mesh: dict[str, Any], near: float | None) -> tuple[float, float] | None:
             scene = self._scene({**mesh, "solver.method": method, "solver.step": step})
@@ -274,7 +240,7 @@ class RobotStudy:
             own = np.abs(a - b) + np.abs(a - c) / 15.0
             error["frequency"] = float(own[0] / a[0])
             error["decay"] = float(own[1] / max(abs(a[1]), 1e-9))
-        return Reference(arrays, error, how)
+        return Reference(arrays, error, how, formulations)
 
     # Points
 
@@ -305,8 +271,9 @@ class RobotStudy:
         tip = run.link_end[:, -1]
         outcome.errors["tip"] = far(tip, reference.arrays["tip"])
         outcome.errors["angle"] = float(np.max(np.abs(run.joint_position - reference.arrays["angle"])))
-        if self._same_physics(scene):
-            outcome.errors["time"] = far(tip, reference.arrays["time"])
+        same = reference.arrays.get(f"time_{scene.formulation}")
+        if same is not None and self._same_physics(scene):
+            outcome.errors["time"] = far(tip, same)
         right = reference.arrays.get("ringing")
         ring = None if right is None or adaptive else self._ring(scene, float(right[0]))
         if ring is not None and right is not None:
@@ -315,17 +282,16 @@ class RobotStudy:
         return outcome
 
     def _same_physics(self, scene: Scene) -> bool:
-        return scene.model_copy(update={"solver": self.scene.solver}) == self.scene
+        """Whether nothing but the integrator, and the formulation, is not the scene's own."""
+        own = {name: getattr(self.scene, name) for name in ("solver", "formulation")}
+        if scene.formulation != self.scene.formulation:
+            own["erls"] = self.scene.erls
+        return scene.model_copy(update=own) == self.scene
 
     def _cost(self, run: Run, adaptive: bool) -> float:
         """Time for a simulated second; a fixed step's median, since other programs only add time."""
         total = run.step_time.sum() if adaptive else np.median(run.step_time) * len(run.step_time)
         return float(total) / self.duration
-
-
-def mesh_said(mesh: Mapping[str, Any]) -> str:
-    """For example 8 elements a link."""
-    return f"{next(iter(mesh.values()))} elements a link"
 
 
 def far(a: Array, b: Array) -> float:

@@ -58,11 +58,13 @@ class Store:
         with np.load(self._reference, allow_pickle=False) as kept:
             arrays = {k: kept[k] for k in kept.files if k != "said"}
             said = json.loads(str(kept["said"]))
-        return Reference(arrays, said["error"], said["how"])
+        return Reference(arrays, said["error"], said["how"], said["formulations"])
 
     def keep_reference(self, reference: Reference) -> None:
         """Keep the reference."""
-        said = json.dumps({"error": reference.error, "how": reference.how})
+        said = json.dumps(
+            {"error": reference.error, "how": reference.how, "formulations": reference.formulations}
+        )
         part = self._reference.with_suffix(".part")
         with part.open("wb") as file:
             np.savez_compressed(file, said=np.array(said), **reference.arrays)  # type: ignore[arg-type]

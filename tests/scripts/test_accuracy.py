@@ -17,6 +17,8 @@ from flexsim.study.robot import RobotStudy
 from flexsim.study.store import Store
 from processes import flexsim
 
+from flexsim_node import load_scene
+
 CONFIG = Path(__file__).parents[2] / "config"
 PLANAR = CONFIG / "planar_double_pendulum.yaml"
 TIP = Measure("tip", "tip position", "mm", 1e3)
@@ -148,14 +150,42 @@ def test_the_grid_has_what_the_scene_offers() -> None:
     assert {"rosenbrock_w, 1 element a link", "generalized_alpha, 8 elements a link"} <= curves
     assert {"runge_kutta_4", "radau", "dop853", "shear on", "gravity off", "zeroed: chord"} <= curves
     assert "damping.beta=0.0001" in curves
+    assert "co_moving, generalized_alpha, 4 elements a link" in curves
+    assert "rosenbrock_w, 8 elements a link, 4 modes" in curves
     assert all(math.isclose(study.period / s % 1.0, 0.0, abs_tol=1e-9) or s > 1e-3
                for s in {p.size for p in study.points() if p.curve.startswith("rosenbrock")})  # fmt: skip
+
+
+def test_formulations_and_reductions_that_a_scene_refuses_are_named_once() -> None:
+    """A loop takes no co-moving frames, these take no reduction; the reason stands beside the point."""
+    for path, given, curve, said in (
+        (CONFIG / "four_bar.yaml", {}, "co_moving", "loops: takes formulation: erls"),
+        (PLANAR, {"formulation": "co_moving"}, "reduced links", "reduction: takes formulation: erls"),
+        (PLANAR, {"sensors": [{"name": "tip", "type": "imu"}]}, "co_moving", "sensors: takes formulation"),
+    ):
+        study = RobotStudy(str(path), given, 0.1, {}, {})
+        points = [p for p in study.points() if p.curve.startswith(curve)]
+        assert len(points) == 1, curve
+        outcome = study.measure(points[0], Reference({}, {}, ""))
+        assert not outcome.ok and said in outcome.status
+    moving = RobotStudy(str(PLANAR), {"formulation": "co_moving", "erls.zeroed": "auto"}, 0.1, {}, {})
+    assert "erls, rosenbrock_w, 4 elements a link" in {p.curve for p in moving.points()}
+
+
+def test_what_a_scene_reduces_is_whole_in_the_grid_and_the_reference() -> None:
+    """Else fewer elements than modes would be refused, and the reference would lack what is left out."""
+    given = {"reduction": {"modes": 3}, "links.0.reduction": {"modes": 2}, "links.1.beam.elements": 4,
+             "links.0.beam.elements": 4}  # fmt: skip
+    grid = RobotStudy(str(PLANAR), given, 0.1, {}, {}).grid
+    for modes in (None, 4):
+        scene = load_scene(PLANAR, {**given, **grid.meshed(8, modes)})
+        assert [scene.modes_of(link) for link in scene.links] == [modes, modes]
 
 
 @pytest.fixture(scope="module")
 def studied(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
     folder = tmp_path_factory.mktemp("accuracy")
-    done = flexsim(*SMOOTH, "--tolerance", "0.1mm", "--json", cwd=folder, timeout=300)
+    done = flexsim(*SMOOTH, "--tolerance", "0.1mm", "--json", cwd=folder, timeout=600)
     assert done.returncode == 0, done.stderr
     return folder, json.loads(done.stdout)
 
@@ -165,9 +195,17 @@ def test_a_robots_study(studied: tuple[Path, dict]) -> None:
     folder, found = studied
     points = {p["point"]: p for p in found["points"]}
     assert all(p["status"] == "ok" for p in points.values())
-    assert len(points) == 16
+    assert len(points) == 18
+    assert {"co_moving, rosenbrock_w, 2 elements a link, 0.002",
+            "rosenbrock_w, 4 elements a link, 2 modes, 0.002"} <= set(points)  # fmt: skip
     smallest = min(p["errors"]["tip"] for p in points.values())
     assert found["reference"]["error"]["tip"] < 0.1 * smallest
+    # So stiff a robot is the same in both formulations; each one's step is judged by its own end.
+    own, other = (
+        points[f"{name}rosenbrock_w, 2 elements a link, 0.002"]["errors"] for name in ("", "co_moving, ")
+    )
+    assert 0.0 < found["formulations"]["co_moving"]["distance"] < 0.3 * own["tip"]
+    assert math.isclose(own["time"], other["time"], rel_tol=0.05)
     for method in ("rosenbrock_w", "generalized_alpha"):
         orders = found["orders"][f"{method}, 2 elements a link"]
         assert np.allclose(orders, 2.0, atol=0.1), (method, orders)
@@ -185,7 +223,7 @@ def test_the_same_command_goes_on(studied: tuple[Path, dict]) -> None:
     kept = folder / "out" / "points.jsonl"
     lines = kept.read_text().splitlines()
     kept.write_text("\n".join(lines[:-3]) + "\n")
-    again = flexsim(*SMOOTH, "--budget", "300us", "--json", cwd=folder, timeout=300)
+    again = flexsim(*SMOOTH, "--budget", "300us", "--json", cwd=folder, timeout=600)
     assert again.returncode == 0, again.stderr
     points = json.loads(again.stdout)["points"]
     assert points[:-3] == found["points"][:-3]
