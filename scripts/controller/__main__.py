@@ -2,8 +2,8 @@
 
 Parameters: scene, rate, listeners, duration, start, goal, there, back, time, stiffness, damping,
 all of them; config/demo.params.yaml is an example.  It reads `joint_states`, whose stamps are its
-clock, and writes `flexsim_node/commands`.  When the duration is over it says so, and holds on until
-SIGINT or SIGTERM: who lets go of an arm drops it.
+clock, and writes `flexsim_node/commands` and, for the record, `joint_references`.  When the duration
+is over it says so, and holds on until SIGINT or SIGTERM: who lets go of an arm drops it.
 """
 
 from __future__ import annotations
@@ -58,6 +58,8 @@ def control(node: Any, stopped: Stop) -> None:
     law = JointPd(scene, move, np.array(given["stiffness"]), np.array(given["damping"]))
     states = node.create_subscription(JointState, "joint_states", lambda _: None, QoSProfile(depth=1))
     commands = node.create_publisher(Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=1))
+    references = node.create_publisher(JointState, "joint_references", QoSProfile(depth=1))
+    wanted = JointState(name=list(scene.joint_names))
     node.get_logger().info("ready; waiting for joint states")
 
     order: list[int] | None = None
@@ -90,6 +92,11 @@ def control(node: Any, stopped: Stop) -> None:
             t - begun, np.frombuffer(last.position)[order], np.frombuffer(last.velocity)[order]
         )
         commands.publish(Float64MultiArray(data=array.array("d", torque.tobytes())))
+        # after the torque, which is waited for
+        wanted.header.stamp = last.header.stamp
+        wanted.position = array.array("d", move.position(t - begun).tobytes())
+        wanted.velocity = array.array("d", move.velocity(t - begun).tobytes())
+        references.publish(wanted)
 
 
 def joint_order(published: list[str], wanted: tuple[str, ...]) -> list[int]:

@@ -105,6 +105,13 @@ class Process:
                 continue
         return self._process.wait()
 
+    @property
+    def error(self) -> str | None:
+        """The last error that it told its ROS log, or None."""
+        lines = self.log.read_text(errors="replace").splitlines()
+        found = [line for line in lines if line.startswith("[ERROR]")]
+        return found[-1].split("]: ", 1)[-1] if found else None
+
     def failure(self) -> RuntimeError:
         """Return what to raise where it ended before its time: its own last line."""
         lines = self.log.read_text(errors="replace").strip().splitlines()
@@ -152,7 +159,10 @@ class Processes:
             raise KeyboardInterrupt
         for process in self.running:
             if process.code is not None:
-                raise process.failure()
+                failure = process.failure()
+                # what ends one is often another's trouble: a robot that stopped, and its controller
+                others = [other for other in self.running if other is not process and other.error]
+                raise RuntimeError("; ".join([str(failure), *(f"{o.name}: {o.error}" for o in others)]))
 
     def end(self, process: Process) -> None:
         """End one in good order; raises RuntimeError where it fails to."""
