@@ -185,6 +185,7 @@ def running(kind: type, **parameters: object) -> Iterator[Any]:
 
 def give(figures: Figures, name: str, count: int, one: Callable[[int], None]) -> None:
     """Try one input so many times."""
+    print(f"  {name}", file=sys.stderr, flush=True)
     begun = time.monotonic()
     for k in range(count):
         one(k)

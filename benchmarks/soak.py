@@ -1,8 +1,11 @@
 """A soak: `python benchmarks/soak.py [--fast 3600] [--realtime 3600] [--json]`, seconds of each.
 
-flexsim_node runs without a pause, then in real time with a recorder, under a controller that never stops
-moving the arm.  Memory is that of the node's process a minute after it began and at the end; the clock's
-error is simulated minus elapsed time, beyond what diagnostics call lost.
+flexsim_node runs without a pause, where the arm hangs, with friction, and is rocked by torques that do not
+look at it: no controller keeps up with simulated time there.  Then it runs in real time with a recorder,
+under a controller that never stops moving the arm.  Where the solver stops, the soak does, with exit code 1.
+Memory is that of the node's process a minute after it began and at the end; the clock's error is simulated
+minus elapsed time, beyond what diagnostics call lost, and without a pause simulated time minus that of its
+steps.
 """
 
 from __future__ import annotations
@@ -27,12 +30,17 @@ from realtime import last_diagnostics, machine, status
 SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic_geared.yaml"
 STARTED, SETTLED = 240.0, 60.0
 CONTROL_PERIOD = 0.01  # s
+RATE = 1000.0  # ticks a second
+HANGING = {
+    "override.initial.position": "[0.0, -1.5, 0.0]",
+    **{f"override.links.link_{k}.joint.viscous_friction": 1.0 for k in (1, 2, 3)},
+}
 
 
 class Arm:
     """A controller that keeps the arm moving, and notes simulated against steady time."""
 
-    def __init__(self, node: Any) -> None:
+    def __init__(self, node: Any, mode: str) -> None:
         from rclpy.qos import QoSProfile
         from sensor_msgs.msg import JointState
         from std_msgs.msg import Float64MultiArray
@@ -42,6 +50,7 @@ class Arm:
         self.states = node.create_subscription(
             JointState, "joint_states", lambda _: None, QoSProfile(depth=1)
         )
+        self.hangs = mode == "fast"
         self.times: list[tuple[int, int]] = []
         self.finite = True
 
@@ -59,6 +68,10 @@ class Arm:
         q, v = np.array(message.position), np.array(message.velocity)
         self.finite &= bool(np.isfinite([*q, *v]).all())
         t = 1e-9 * time_now
+        if self.hangs:
+            torque = 2.0 * np.sin(np.array([0.7, 1.1, 0.9]) * time.monotonic())
+            self.commands.publish(self.command(data=torque.tolist()))
+            return
         wanted = np.array([0.5 * np.sin(0.7 * t), 0.6 + 0.3 * np.sin(1.1 * t), -0.8 + 0.3 * np.cos(0.9 * t)])
         self.commands.publish(self.command(data=(30.0 * (wanted - q) - 5.0 * v).tolist()))
 
@@ -74,12 +87,12 @@ def soak(mode: str, duration: float, stopped: Stop, *, record: bool) -> dict[str
         bag = Path(folder) / "bag"
         if record:
             recorder = trial.start("recorder", [*COMMAND, "record", "-o", str(bag), "--json"])
-        robot = trial.start(
-            "flexsim_node", [*NODE, "--ros-args", "-p", f"scene:={SCENE}", "-p", f"mode:={mode}"]
-        )
+        given = {"scene": SCENE, "mode": mode, **(HANGING if mode == "fast" else {})}
+        pairs = [word for name, value in given.items() for word in ("-p", f"{name}:={value}")]
+        robot = trial.start("flexsim_node", [*NODE, "--ros-args", *pairs])
         trial.wait_until_said(robot, "kernels ready", timeout=STARTED)
         with tool_node("soak") as node:
-            found = watch(node, trial, robot, recorder, duration)
+            found = watch(Arm(node, mode), node, trial, robot, recorder, duration)
         trial.end(robot)
         if recorder is not None:
             trial.end(recorder)
@@ -90,10 +103,9 @@ def soak(mode: str, duration: float, stopped: Stop, *, record: bool) -> dict[str
 
 
 def watch(
-    node: Any, trial: Processes, robot: Process, recorder: Process | None, duration: float
+    arm: Arm, node: Any, trial: Processes, robot: Process, recorder: Process | None, duration: float
 ) -> dict[str, Any]:
     """Control the arm and look at the processes."""
-    arm = Arm(node)
     memory: list[tuple[float, int, int]] = []
     begun = time.monotonic()
     look = begun + min(SETTLED, 0.2 * duration)
@@ -106,6 +118,8 @@ def watch(
             memory.append((now - begun, status(robot.pid)["VmRSS"], other))
         time.sleep(CONTROL_PERIOD)
     said = last_diagnostics(node)
+    if said["status"] != "ok":
+        raise RuntimeError(f"the solver has stopped at {said['simulated time, s']} s: {said['status']}")
     elapsed = time.monotonic() - begun
     times = np.array(arm.times)
     simulated = (times[-1, 0] - times[0, 0]) * 1e-9
@@ -118,7 +132,11 @@ def watch(
         "overruns": int(said["overruns"]),
         "longest_run_of_overruns": int(said["overruns in a row, worst"]),
         "lost_time": lost,
-        "clock_error": float(simulated + lost - wall),
+        "clock_error": float(
+            simulated + lost - wall
+            if not arm.hangs
+            else float(said["simulated time, s"]) - int(said["ticks"]) / RATE
+        ),
         "solver": said["status"],
         "all_finite": arm.finite,
         "memory_start": memory[0][1],
