@@ -160,7 +160,7 @@ def test_leaving_the_equations_range_is_said(tmp_path: Path) -> None:
     limits["override__validity__elastic_rotation__stop"] = 2e-3
     with robot(tmp_path, override__initial__position=START, **limits) as arm:
         arm.connected()
-        arm.command([50.0, 200.0, 50.0])
+        arm.command([5.0, 20.0, 5.0])
         said = arm.until(lambda: arm.diagnostics() if arm.diagnostics().get("phase") == "stopped" else None)
         assert (
             "elastic rotation reaches" in said["status"]
