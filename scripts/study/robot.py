@@ -252,7 +252,8 @@ class RobotStudy:
             scene = self._scene(point.overrides)
             self._move(scene, 0.0)
             probe = self._move(scene, max(self.period, PROBE * self.duration))
-            took = float(probe.step_time.sum()) * self.duration / max(probe.time[-1], self.period)
+            adaptive = scene.solver.method in ("radau", "dop853")
+            took = self._cost(probe, adaptive) * self.duration if probe.status == "ok" else 0.0
             if probe.status == "ok" and took > LIMIT:
                 outcome.status = f"left out: would take {took:.0f} s"
                 return outcome
@@ -263,7 +264,6 @@ class RobotStudy:
         if run.status != "ok":
             outcome.status = run.status
             return outcome
-        adaptive = scene.solver.method in ("radau", "dop853")
         repeats = 1 if took > 0.2 * LIMIT else REPEATS
         outcome.seconds = [self._cost(run, adaptive)]
         outcome.seconds += [self._cost(self._move(scene), adaptive) for _ in range(repeats - 1)]
@@ -291,7 +291,7 @@ class RobotStudy:
     def _cost(self, run: Run, adaptive: bool) -> float:
         """Time for a simulated second; a fixed step's median, since other programs only add time."""
         total = run.step_time.sum() if adaptive else np.median(run.step_time) * len(run.step_time)
-        return float(total) / self.duration
+        return float(total) / max(run.time[-1], self.period)
 
 
 def far(a: Array, b: Array) -> float:
