@@ -6,15 +6,23 @@ import gc
 import sys
 import time
 from collections.abc import Callable, Hashable
+from concurrent.futures import TimeoutError as NoAnswer
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from flexsim_msgs.msg import ElasticLayout, ElasticState
-from flexsim_ros import SimulationServices, run_node, spin_through
+from flexsim_ros import (
+    OF_ROS,
+    SimulationServices,
+    declare_parameters,
+    given_parameters,
+    run_node,
+    spin_through,
+)
 from geometry_msgs.msg import WrenchStamped
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
 from rclpy.duration import Duration
@@ -36,12 +44,10 @@ from .realtime import Loop, Output
 from .robot_description import robot_description
 from .scene import Scene, SceneError, faults_from_text, load_scene
 from .sensor_messages import SensorMessages
-from .settings import CHANGEABLE, SettingError, Settings, changed, meanings, schedule, settings
+from .settings import CHANGEABLE, OVERRIDE, SettingError, Settings, changed, meanings, schedule, settings
 from .simulation import Simulation
 
 NAME = "flexsim_node"
-# rclpy's own, which every node takes.
-OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 QUEUE = QoSProfile(depth=10)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Jazzy's EventsExecutor does nothing when it waits without end.
@@ -58,7 +64,8 @@ class FlexsimNode(Node):
     def __init__(self) -> None:
         super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
         self.settings = self._read_parameters()
-        self.scene = load_steady(self.settings)
+        self._plain_scene = load_steady(self.settings)
+        self.scene = with_faults(self._plain_scene, self.settings.faults)
         self.timing = schedule(self.settings, self.scene.solver.step)
         robot = Simulation(self.scene, self.timing.step)
         links = [link.name for link in self.scene.links]
@@ -146,14 +153,13 @@ class FlexsimNode(Node):
         )
 
     def _read_parameters(self) -> Settings:
-        declared: dict[str, Any] = self.get_parameters_by_prefix("")
-        given = {name: p.value for name, p in declared.items() if not name.startswith(OF_ROS)}
+        given = given_parameters(self)
         found = settings(given)
-        for name, (_, meaning) in meanings().items():
-            about = ParameterDescriptor(description=meaning)
-            if self.has_parameter(name):
-                self.undeclare_parameter(name)  # declared as it was given, without its meaning
-            self.declare_parameter(name, getattr(found, name), about, ignore_override=True)
+        replaced = {name: value for name, value in given.items() if name.startswith(OVERRIDE)}
+        values = {name: getattr(found, name) for name in meanings()} | replaced
+        about = {name: meaning for name, (_, meaning) in meanings().items()}
+        about |= dict.fromkeys(replaced, "replaces this key of the scene")
+        declare_parameters(self, values, about, CHANGEABLE)
         self.add_on_set_parameters_callback(self._change)
         return found
 
@@ -216,9 +222,8 @@ class FlexsimNode(Node):
             given = replace(self.settings, **changed(changes))
             timing = schedule(given, self.timing.step, self.timing.steps)
             if given.faults != self.settings.faults:
-                scene = load_steady(given)
-                self.loop.ask(lambda: self.loop.robot.set_faults(scene)).result(ANSWER_TIMEOUT)
-        except (SettingError, SceneError, TimeoutError) as problem:
+                self._set_faults(with_faults(self._plain_scene, given.faults))
+        except (ValueError, ArithmeticError, RuntimeError) as problem:
             return SetParametersResult(successful=False, reason=str(problem))
         self.settings, self.timing = given, timing
         if given.publish_clock and self._clocks is None:
@@ -226,6 +231,16 @@ class FlexsimNode(Node):
         self.loop.command_timeout = given.command_timeout
         self.loop.outputs = self._outputs()
         return SetParametersResult(successful=True)
+
+    def _set_faults(self, scene: Scene) -> None:
+        """Have a scene's faults taken; raises what the robot says of them."""
+        done = self.loop.ask(lambda: self.loop.robot.set_faults(scene))
+        try:
+            done.result(ANSWER_TIMEOUT)
+        except NoAnswer:
+            if done.cancel():
+                raise RuntimeError(f"the robot did not answer within {ANSWER_TIMEOUT:g} s") from None
+            done.result()
 
     def publish_diagnostics(self, *, last: bool = False) -> None:
         """Say how it goes; the last time wait a moment until it is heard."""
@@ -249,16 +264,18 @@ class FlexsimNode(Node):
 
 def load_steady(given: Settings) -> Scene:
     """Load the scene of these settings, whose steps must have a fixed cost; raises SceneError."""
-    overrides = dict(given.override)
-    if given.faults:
-        overrides["faults"] = faults_from_text(given.faults)
-    scene = load_scene(given.scene, overrides=overrides)
+    scene = load_scene(given.scene, overrides=given.override)
     if scene.solver.method not in METHODS:
         raise SceneError(
             f"{given.scene}: solver.method: is {scene.solver.method!r}, "
             f"whose steps have no fixed cost; give {', '.join(METHODS)}"
         )
     return scene
+
+
+def with_faults(scene: Scene, text: str) -> Scene:
+    """A scene with the faults that a parameter gives, or its own where it gives none; raises SceneError."""
+    return load_scene(scene.model_dump(), {"faults": faults_from_text(text)}) if text else scene
 
 
 def output(every: int, publisher: Any, serialized: Callable[[int], bytes]) -> Output:

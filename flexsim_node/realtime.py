@@ -277,6 +277,8 @@ class Loop:
                 answer, action = self._wishes.get_nowait()
             except Empty:
                 return
+            if not answer.set_running_or_notify_cancel():
+                continue
             if self.ended.is_set():
                 answer.set_exception(RuntimeError("the robot's process is ending"))
                 continue

@@ -125,6 +125,27 @@ def _explain(errors: list[Any], document: Any, source: str, overridden: list[str
     return f"{where}: {key}: is {shown}; {_remedy(error, path, document)}"
 
 
+LARGEST_FILE = 2**20  # bytes
+MOST_VALUES, DEEPEST = 1_000_000, 50
+
+
+def _count_values(document: Any, source: str) -> None:
+    """Refuse a document whose aliases stand for ever more of themselves, before it is unfolded."""
+    count, waiting = 0, [(document, 0)]
+    while waiting:
+        value, depth = waiting.pop()
+        count += 1
+        if count > MOST_VALUES or depth > DEEPEST:
+            raise SceneError(
+                f"{source}: unfolds to more than {MOST_VALUES} values or {DEEPEST} levels;"
+                " give fewer YAML aliases"
+            )
+        if isinstance(value, Mapping):
+            waiting.extend((v, depth + 1) for v in value.values())
+        elif isinstance(value, (list, tuple)):
+            waiting.extend((v, depth + 1) for v in value)
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
@@ -204,6 +225,9 @@ def load_scene(scene: str | Path | Mapping[str, Any], overrides: Mapping[str, An
         path = Path(scene)
         source = str(path)
         try:
+            size = path.stat().st_size
+            if not path.is_file() or size > LARGEST_FILE:  # a device may never end, a pipe never begin
+                raise SceneError(f"{source}: is no file of at most {LARGEST_FILE} bytes; give a YAML file")
             text = path.read_text(encoding="utf-8")
         except FileNotFoundError:
             raise SceneError(f"{source}: no such file; give the path of a scene") from None
@@ -219,6 +243,7 @@ def load_scene(scene: str | Path | Mapping[str, Any], overrides: Mapping[str, An
             raise SceneError(f"{source}: not YAML: {problem}") from None
         if not isinstance(document, Mapping):
             raise SceneError(f"{source}:1: not a scene; give keys such as model, name, links")
+        _count_values(document, source)
     kind = document.get("model")
     if kind != "robot":
         line = _line(document, ("model",))

@@ -61,8 +61,9 @@ class Simulation:
         n = self._plants[0][1].unknowns
         self.x, self.v, self._acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
         self._tie()
-        self.assembly = Assembly(self.model) if scene.loops else None
+        self.assembly: Assembly | None = None
         self.singularity: Singularity | None = None
+        self._begin_with(self.model)
         self.time = 0.0
         self.status = OK
         if scene.faults:
@@ -114,11 +115,18 @@ class Simulation:
         """Take the faults of a scene that is otherwise this one's; what is on its way is forgotten.
 
         It allocates: not for the middle of a run that has deadlines.
+
+        Raises
+        ------
+        SceneError, ArithmeticError
+            where the robot with its payloads has no initial state; then nothing has changed
         """
         scene = scene.model_copy(update={"effects": self.scene.effects})
         plants = self._build(scene)
         if plants[0][1].unknowns != len(self.x):
             raise SceneError(f"{scene.name}: faults: a payload changes the robot's degrees of freedom")
+        if plants[0][1].scene.links != self._plants[0][1].scene.links:
+            self._begin_with(plants[0][1])
         self._plants, self.scene = plants, scene
         steps = self.faults.step if self.faults else round(self.time / self.step_size)
         self.faults = Faults(scene, self.step_size, self.limit) if scene.faults else None
@@ -140,20 +148,12 @@ class Simulation:
 
     def reset(self) -> None:
         """Return to the scene's initial state; time starts again at zero."""
-        initial, m = self.scene.initial, self.model.joints
         if self.faults is not None:
             self.faults.reset()
             self._take_plant(0)
-        self.x[:], self.v[:] = 0.0, 0.0
-        self.x[:m] = self.scene.start("position")
-        self.v[:m] = self.scene.start("velocity")
-        for y in (self.x, self.v):
-            copy_to_motors(self.model, y)
-        if self.assembly is not None:
-            self.assemble()
-            self.singularity = Singularity(self.assembly, self.x)
-        elif initial.shape == "static":
-            self.x[:] = rest_shape(self.model, self.x[:m])
+        self.x[:], self.v[:] = self._first
+        if self.singularity is not None:
+            self.singularity.begin()
         self.torque[:] = 0.0
         self.motion[:, 0], self.motion[:, 1] = self.model.shown(self.x), self.model.shown(self.v)
         self.apply(None)
@@ -171,13 +171,36 @@ class Simulation:
             with the gap, where that can't be
         """
         assert self.assembly is not None
-        fixed = self.model.actuated | self.work.held[self.model.joint_links]
-        self.x[:] = self.assembly.position(self.x, fixed)
-        copy_to_motors(self.model, self.x)
+        self._close(self.assembly, self.x, self.v)
+
+    def _close(self, assembly: Assembly, x: np.ndarray, v: np.ndarray) -> None:
+        model = assembly.model
+        fixed = model.actuated.copy()
+        fixed[[joint_index(self.scene, name) for name in self.held]] = True
+        x[:] = assembly.position(x, fixed)
+        copy_to_motors(model, x)
         if self.scene.initial.shape == "static":
-            self.x[:], _ = self.assembly.rest(self.x, fixed)
-        self.v[:] = self.assembly.velocity(self.x, self.v, fixed)
-        copy_to_motors(self.model, self.v)
+            x[:], _ = assembly.rest(x, fixed)
+        v[:] = assembly.velocity(x, v, fixed)
+        copy_to_motors(model, v)
+
+    def _begin_with(self, model: Model) -> None:
+        """Find the initial state of the scene with this model; where there is none nothing has changed.
+
+        Newton's iterations take as long as hundreds of steps, so a reset returns to what was found once.
+        """
+        m, scene = model.joints, self.scene
+        x, v = np.zeros(model.unknowns), np.zeros(model.unknowns)
+        x[:m], v[:m] = scene.start("position"), scene.start("velocity")
+        for y in (x, v):
+            copy_to_motors(model, y)
+        if scene.loops:
+            assembly = Assembly(model)
+            self._close(assembly, x, v)
+            self.assembly, self.singularity = assembly, Singularity(assembly, x)
+        elif scene.initial.shape == "static":
+            x[:] = rest_shape(model, x[:m])
+        self._first = x, v
 
     def prepare(self) -> None:
         """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""

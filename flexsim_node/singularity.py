@@ -105,8 +105,12 @@ class Singularity:
         self._rank = min(passive.size, assembly.rank(x))
         tall = equations >= passive.size
         self._buffer = np.zeros((equations, passive.size) if tall else (passive.size, equations))
-        self.now = self.worst = 1.0
-        self.look(assembly.work)
+        self._now = self.now = self.worst = 1.0
+        self._now = self.look(assembly.work)
+
+    def begin(self) -> None:
+        """Return to the conditioning of the state that the watch began with."""
+        self.now = self.worst = self._now
 
     @property
     def near(self) -> bool:

@@ -15,9 +15,17 @@ from flexsim_msgs.msg import (
     TemperatureField,
     Thermocouples,
 )
-from flexsim_ros import Entity, SimulationServices, run_node, spin_through
+from flexsim_ros import (
+    OF_ROS,
+    Entity,
+    SimulationServices,
+    declare_parameters,
+    given_parameters,
+    run_node,
+    spin_through,
+)
 from flexsim_ros.entities import STATIC_OBJECT
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
 from rclpy.duration import Duration
@@ -37,8 +45,6 @@ from .scene import Scene, SceneError, load_scene
 from .settings import CHANGEABLE, OVERRIDE, SettingError, Settings, meanings, settings
 
 NAME = "thermal_node"
-# rclpy's own, which every node takes.
-OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 QUEUE = QoSProfile(depth=10)
 SPIN_PERIOD = 0.1
@@ -99,14 +105,13 @@ class ThermalNode(Node):
         )
 
     def _read_parameters(self) -> Settings:
-        declared: dict[str, Any] = self.get_parameters_by_prefix("")
-        given = {name: p.value for name, p in declared.items() if not name.startswith(OF_ROS)}
+        given = given_parameters(self)
         found = settings(given)
-        for name, (_, meaning) in meanings().items():
-            about = ParameterDescriptor(description=meaning)
-            if self.has_parameter(name):
-                self.undeclare_parameter(name)  # declared as it was given, without its meaning
-            self.declare_parameter(name, getattr(found, name), about, ignore_override=True)
+        replaced = {name: value for name, value in given.items() if name.startswith(OVERRIDE)}
+        values = {name: getattr(found, name) for name in meanings()} | replaced
+        about = {name: meaning for name, (_, meaning) in meanings().items()}
+        about |= dict.fromkeys(replaced, "replaces this key of the scene")
+        declare_parameters(self, values, about, CHANGEABLE)
         self.add_on_set_parameters_callback(self._change)
         return found
 

@@ -25,6 +25,10 @@ PATIENCE = 1.0
 # How often what stands still is published again, and how often it looks around meanwhile.
 REPEAT_PERIOD = 2.0
 LOOK_PERIOD = 0.05
+# A thread can't be asked to wait for centuries, which a slow door's next tick may be away.
+LONGEST_WAIT = 60.0
+# s, beyond which a stamp of ROS can't tell time.
+LAST_STAMP = 2**31 - 1
 
 
 @dataclass(frozen=True)
@@ -321,7 +325,8 @@ class Loop:
         return self._wait and self._measured is None and self.test.measured is None
 
     def _over(self) -> bool:
-        return self._ticks / self.rate >= self._duration - 1e-9
+        next_stamp = self.time / SECOND + 1.0 / self.rate
+        return self._ticks / self.rate >= self._duration - 1e-9 or next_stamp > LAST_STAMP
 
     def _can_go(self) -> bool:
         return self.test.status.ok and not self._over() and not self._waiting()
@@ -335,6 +340,9 @@ class Loop:
             return True
         period = 1.0 / (self.rate * self.pace)
         left = self._deadline + period - _now()
+        if left > LONGEST_WAIT:
+            self._wake.wait(LONGEST_WAIT)
+            return False
         if left > 0.0:
             return not self._wake.wait(left)
         self._overruns += 1

@@ -20,6 +20,10 @@ from .schema import Scene, keys_beside
 __all__ = ["Scene", "SceneError", "changed", "load_scene"]
 
 
+LARGEST_FILE = 2**20  # bytes
+MOST_VALUES, DEEPEST = 1_000_000, 50
+
+
 class SceneError(ValueError):
     """A scene that can't be simulated: FILE:LINE: key: what is wrong; what would be right."""
 
@@ -71,6 +75,11 @@ def changed(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
 
 def _read(path: Path) -> Mapping[str, Any]:
     try:
+        size = path.stat().st_size
+        if not path.is_file() or size > LARGEST_FILE:  # a device may never end, a pipe never begin
+            raise SceneError(
+                f"{path}: is no file of at most {LARGEST_FILE} bytes; give a YAML file"
+            )
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise SceneError(f"{path}: no such file; give the path of a scene") from None
@@ -87,7 +96,25 @@ def _read(path: Path) -> Mapping[str, Any]:
         raise SceneError(f"{path}: not YAML: {problem}") from None
     if not isinstance(document, Mapping):
         raise SceneError(f"{path}:1: not a scene; give keys such as model, leaf, furnace")
+    _count_values(document, path)
     return document
+
+
+def _count_values(document: Any, path: Path) -> None:
+    """Refuse a document whose aliases stand for ever more of themselves, before it is unfolded."""
+    count, waiting = 0, [(document, 0)]
+    while waiting:
+        value, depth = waiting.pop()
+        count += 1
+        if count > MOST_VALUES or depth > DEEPEST:
+            raise SceneError(
+                f"{path}: unfolds to more than {MOST_VALUES} values or {DEEPEST} levels;"
+                " give fewer YAML aliases"
+            )
+        if isinstance(value, Mapping):
+            waiting.extend((v, depth + 1) for v in value.values())
+        elif isinstance(value, (list, tuple)):
+            waiting.extend((v, depth + 1) for v in value)
 
 
 def _plain(value: Any) -> Any:

@@ -14,6 +14,8 @@ CHANGEABLE = ("time_scale", "duration", "furnace_timeout", "field_rate", "publis
 """What may be set while the node runs."""
 WHOLE = 1e-6
 """How far a period may be from a whole number of ticks."""
+SLOWEST, FASTEST = 1e-6, 1e9
+"""Simulated over real time."""
 KINDS = {str: "text", float: "a number", bool: "true or false"}
 
 
@@ -91,8 +93,11 @@ def settings(given: Mapping[str, Any]) -> Settings:
         amount = getattr(found, name)
         if not (math.isfinite(amount) and amount >= 0.0):
             raise SettingError(f"{name} is {amount:g}; give seconds, zero or more")
-    if not found.time_scale >= 0.0:
-        raise SettingError(f"time_scale is {found.time_scale:g}; give zero or more")
+    if found.pace != math.inf and not SLOWEST <= found.time_scale <= FASTEST:
+        raise SettingError(
+            f"time_scale is {found.time_scale:g}; give {SLOWEST:g} to {FASTEST:g},"
+            " or 0.0 for as fast as it goes"
+        )
     if not 1e-4 <= found.rate <= 1e3:
         raise SettingError(f"rate is {found.rate:g}; give 0.0001 to 1000 Hz")
     if not 1e-6 <= found.field_rate <= found.rate:

@@ -4,7 +4,18 @@ It stands beside the messages since it is what these are spoken with: nothing he
 """
 
 from .entities import Entity
+from .parameters import OF_ROS, declare_parameters, given_parameters
 from .process import handle_signals, run_node, spin_through
 from .simulation_services import SimulationServices, Simulator
 
-__all__ = ["Entity", "SimulationServices", "Simulator", "handle_signals", "run_node", "spin_through"]
+__all__ = [
+    "OF_ROS",
+    "Entity",
+    "SimulationServices",
+    "Simulator",
+    "declare_parameters",
+    "given_parameters",
+    "handle_signals",
+    "run_node",
+    "spin_through",
+]

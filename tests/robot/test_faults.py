@@ -188,3 +188,27 @@ def test_faults_that_somebody_sent(text: str) -> None:
     """Whatever comes, there is one sentence and nothing is run."""
     with pytest.raises(SceneError, match=r"^faults: "):
         faults_from_text(text)
+
+
+@pytest.mark.parametrize(("name", "link"), [("planar_double_pendulum", "link_2"), ("four_bar", "coupler")])
+def test_a_reset_returns_to_rest_under_the_payload(name: str, link: str) -> None:
+    """The initial state is found anew where a payload changes it, and is kept where the new one has none."""
+    scene = load_scene(CONFIG / f"{name}.yaml", {"initial.shape": "static", "gravity": [0.0, -9.81, 0.0]})
+    loaded, heavy, late = (
+        load_scene(scene.model_dump(), {"faults": [{"kind": "payload", "link": link, **fault}]})
+        for fault in ({"mass": 0.5}, {"mass": 1e9}, {"mass": 0.5, "start": 0.004})
+    )
+    robot, fresh = Simulation(scene), Simulation(loaded)
+    empty = robot.x.copy()
+    robot.set_faults(loaded)
+    np.testing.assert_array_equal(robot.x, empty)  # until a reset
+    robot.reset()
+    np.testing.assert_array_equal(robot.x, fresh.x)
+    assert abs(robot.x - empty).max() > 1e-6
+    with pytest.raises(ArithmeticError, match="no static equilibrium"):
+        robot.set_faults(heavy)
+    robot.reset()
+    np.testing.assert_array_equal(robot.x, fresh.x)
+    robot.set_faults(late)
+    robot.reset()
+    np.testing.assert_array_equal(robot.x, empty)

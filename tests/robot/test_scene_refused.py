@@ -1,5 +1,8 @@
 """A wrong scene is refused in one line: the file, the line, the key and what would be right."""
 
+import os
+from pathlib import Path
+
 import pytest
 from scenes import CONFIG, two_link
 
@@ -177,3 +180,27 @@ def test_a_scene_from_a_dict_is_checked_too():
     scene["links"][1]["beam"]["width"] = "3 cm"
     with pytest.raises(SceneError, match=r"^scene: links.1.beam.width: is '3 cm'; give a number"):
         load_scene(scene)
+
+
+def test_files_that_never_end(tmp_path):
+    """Aliases that stand for ever more of themselves, a pipe, a device, a file that is too long."""
+    bomb = "".join(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 20))
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    texts = {
+        "bomb": f"model: robot\na0: &a0 [1]\n{bomb}",
+        "itself": "model: robot\nname: &a [*a]\n",
+        "long": "#" * 2_000_000,
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    for path, said in (
+        (tmp_path / "bomb", "fewer YAML aliases"),
+        (tmp_path / "itself", "name|aliases"),
+        (tmp_path / "long", "is no file of at most"),
+        (pipe, "is no file"),
+        (Path("/dev/zero"), "is no file"),
+        (tmp_path, "is no file"),
+    ):
+        with pytest.raises(SceneError, match=said):
+            load_scene(path)
