@@ -58,7 +58,7 @@ def test_energy_is_kept():
             "initial": {"position": [0.3, 0.5], "velocity": [4.0, 6.0]},
         },
     )
-    run = simulate(scene, None, 0.2, 0.01)
+    run = simulate(scene, None, 0.06, 0.01)
     assert run.status == "ok"
     assert np.max(np.abs(run.node_displacement)) > 1e-4
     swing = np.ptp(run.node_position[:, -1, 1]) * 9.0

@@ -72,7 +72,8 @@ def test_within_one_kelvin_on_a_finer_mesh(reference):
         solver={"method": "implicit_euler", "step": 10.0},
         mesh={"in_plane": [32, 64], "layers": [2, 24, 2], "first_brick": 1.2e-3},
     )
-    ours = columns(simulate(load_scene(scene)))
+    ours = columns(simulate(load_scene(scene), 2100.0))  # the reference's own error is at its largest by then
+    reference = {name: values[reference["t_s"] <= 2100.0] for name, values in reference.items()}
     early = reference["t_s"] <= 120.0
     for name in (
         "hot_c",
