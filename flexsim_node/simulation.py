@@ -104,7 +104,7 @@ class Simulation:
             self._robots.append((model, work, robot, Observation(model), Sensors(model), watch))
         if self.method in METHODS:
             # of one type, whatever they carry
-            self.advance = entry(METHODS[self.method].step, robot, self.step_size, self.option)
+            self.advance = entry(METHODS[self.method].step, robot, self.step_size, self.option, False)
         self._take_plant(0)
 
     def _take_plant(self, k: int) -> None:
@@ -204,9 +204,8 @@ class Simulation:
 
     def prepare(self) -> None:
         """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""
-        start = getattr(METHODS.get(self.method), "start", None)
-        if start is not None:
-            self.status = start(self.arrays, self.step_size)
+        if self.advance is not None:
+            self.status = self.advance(self.arrays, self.step_size, self.option, True)
 
     def warm(self) -> None:
         """Compile (or load) everything a step needs, leaving the state as it is."""
@@ -214,7 +213,7 @@ class Simulation:
             return
         x, v, seen = self.x.copy(), self.v.copy(), self.work.validity.copy()
         time = self.time
-        self.status = self.advance(self.arrays, self.step_size, self.option)
+        self.status = self.advance(self.arrays, self.step_size, self.option, False)
         self.sense()
         self.look()
         self.energy()
@@ -259,7 +258,7 @@ class Simulation:
             faults.drive(self.torque)
             if self._change_payload():
                 self.prepare()
-        self.status = self.advance(self.arrays, self.step_size, self.option)
+        self.status = self.advance(self.arrays, self.step_size, self.option, False)
         if self.status == OK:
             self.time += self.step_size
             if self.singularity is not None:
@@ -295,7 +294,7 @@ class Simulation:
         """
         if self.sensors.names:
             view = self.look()
-            if getattr(METHODS.get(self.method), "start", None) is not None:
+            if self.method in METHODS and METHODS[self.method].CARRIES_ACCELERATION:
                 self.sensors.look(view, self.work, self.x, self.v, self.work.memory)
             else:
                 self._acceleration[self.model.turned] = self.motion[2, 2]

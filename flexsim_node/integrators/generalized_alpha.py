@@ -25,12 +25,13 @@ from ..kernel import kernel
 from ..watch import valid
 
 ORDER = 2
+CARRIES_ACCELERATION = True
 NEWTON_STEPS = 10
 SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no further Newton step
 
 
 @kernel
-def start(robot, h):
+def start(robot):
     """Set the method's memory, the acceleration, from a state.  Returns a status."""
     chain, work, x, v, a = robot.chain, robot.work, robot.x, robot.v, robot.work.memory
     drive_joints(chain, work, robot.motion[0], x, v, a)
@@ -38,11 +39,13 @@ def start(robot, h):
 
 
 @kernel
-def step(robot, h, option):
-    """Advance a robot by h.  Returns a status.
+def step(robot, h, option, begin):
+    """Advance a robot by h; to begin, only set the memory.  Returns a status.
 
     x, v and the memory stay as they are where the status is not OK.
     """
+    if begin:
+        return start(robot)
     chain, work, x, v = robot.chain, robot.work, robot.x, robot.v
     torque, motion = robot.torque, robot.motion
     a = work.memory

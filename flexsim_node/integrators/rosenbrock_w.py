@@ -47,6 +47,7 @@ from ..watch import valid
 
 GAMMA = 1.0 - 1.0 / sqrt(2.0)
 ORDER = 2
+CARRIES_ACCELERATION = True
 NEWTON_STEPS = 10
 SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no further Newton step
 
@@ -113,11 +114,13 @@ def start(robot, h):
 
 
 @kernel
-def step(robot, h, option):
-    """Advance a robot by h.  Returns a status.
+def step(robot, h, option, begin):
+    """Advance a robot by h; to begin, only set the memory.  Returns a status.
 
     x, v and the memory stay as they are where the status is not OK.
     """
+    if begin:
+        return start(robot, h)
     chain, work, x, v = robot.chain, robot.work, robot.x, robot.v
     torque, motion = robot.torque, robot.motion
     x1, v1, x2, v2, a = work.vector[3], work.vector[4], work.vector[5], work.vector[6], work.vector[7]

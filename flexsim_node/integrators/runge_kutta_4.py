@@ -8,14 +8,17 @@ from ..kernel import kernel
 from ..watch import valid
 
 ORDER = 4
+CARRIES_ACCELERATION = False
 
 
 @kernel
-def step(robot, h, option):
-    """Advance a robot by h.  Returns a status.
+def step(robot, h, option, begin):
+    """Advance a robot by h; nothing has to be set to begin.  Returns a status.
 
     x and v stay as they are where the status is not OK.
     """
+    if begin:
+        return OK
     chain, work, x, v = robot.chain, robot.work, robot.x, robot.v
     torque, motion = robot.torque, robot.motion
     x2, v2, k = work.vector[0], work.vector[1], work.vector[2]
