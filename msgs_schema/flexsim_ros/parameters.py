@@ -24,7 +24,8 @@ def declare_parameters(
 ) -> None:
     """Declare a node's parameters, in place of what was given.
 
-    Whole numbers are taken for numbers, as tools send `100` for a rate.
+    Tools guess a type from what was typed: a whole number is taken where a number belongs, and `[]`, which
+    they send as a list of truth values, where text does.
 
     Parameters
     ----------
@@ -37,14 +38,13 @@ def declare_parameters(
             node.undeclare_parameter(name)  # declared as it was given, without its meaning
         about = ParameterDescriptor(description=meanings[name], read_only=name not in changeable)
         node.declare_parameter(name, value, about, ignore_override=True)
-    numbers = {name for name, value in values.items() if isinstance(value, float)}
 
-    def numbered(parameters: list[Parameter]) -> list[Parameter]:
-        return [
-            Parameter(p.name, value=float(p.value))
-            if p.name in numbers and p.type_ == Parameter.Type.INTEGER
-            else p
-            for p in parameters
-        ]
+    def as_declared(given: Parameter) -> Parameter:
+        kind = type(values.get(given.name))
+        if kind is float and given.type_ == Parameter.Type.INTEGER:
+            return Parameter(given.name, value=float(given.value))
+        if kind is str and given.type_ == Parameter.Type.BOOL_ARRAY and len(given.value) == 0:
+            return Parameter(given.name, value="[]")
+        return given
 
-    node.add_pre_set_parameters_callback(numbered)
+    node.add_pre_set_parameters_callback(lambda parameters: [as_declared(p) for p in parameters])
