@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import subprocess
 import sys
 import time
+import warnings
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from domains import DOMAINS
+from flexsim.cli import main
 
 SYNTHETIC = Path(__file__).with_name("synthetic_robot.py")
 
@@ -30,6 +34,21 @@ def flexsim(*words: object, **options: object) -> subprocess.CompletedProcess[st
     """Run the command to its end."""
     settings = {"env": ros_environment(), "timeout": 60, **options}
     return subprocess.run(command(*words), capture_output=True, text=True, **settings)
+
+
+def flexsim_here(*words: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run the command in this process: for mistakes that are found before anything is started."""
+    out, errors = io.StringIO(), io.StringIO()
+    given, place, shown = sys.argv, Path.cwd(), warnings.showwarning
+    sys.argv = ["flexsim", *map(str, words)]
+    os.chdir(cwd)
+    try:
+        with redirect_stdout(out), redirect_stderr(errors), pytest.raises(SystemExit) as end:
+            main()
+    finally:
+        sys.argv, warnings.showwarning = given, shown
+        os.chdir(place)
+    return subprocess.CompletedProcess(sys.argv, int(end.value.code or 0), out.getvalue(), errors.getvalue())
 
 
 def command(*words: object) -> list[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import flexsim
+from processes import flexsim, flexsim_here
 
 from thermal_node import load_scene, simulate
 
@@ -113,7 +113,7 @@ def test_every_help_has_an_example(words: list[str]) -> None:
 )
 def test_mistakes(words: list[object], code: int, sentence: str, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("time,thermocouple\n0,20\n60,21\n120,22\n")
-    done = flexsim("door", *words, cwd=tmp_path)
+    done = flexsim_here("door", *words, cwd=tmp_path)
     assert done.returncode == code, done.stderr
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from processes import flexsim
+from processes import flexsim, flexsim_here
 
 SCENE = Path(__file__).parents[2] / "config" / "planar_double_pendulum.yaml"
 
@@ -48,7 +48,7 @@ def test_the_table() -> None:
 )
 def test_mistakes(words: list[str], code: int, sentence: str, tmp_path: Path) -> None:
     """One sentence, the right exit code, no traceback."""
-    done = flexsim("effects", SCENE, *words, cwd=tmp_path, timeout=240)
+    done = flexsim_here("effects", SCENE, *words, cwd=tmp_path)
     assert done.returncode == code, done.stderr
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr

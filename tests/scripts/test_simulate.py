@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import flexsim
+from processes import flexsim, flexsim_here
 
 from flexsim_node import load_scene, simulate
 
@@ -83,7 +83,7 @@ def test_mistakes(words: list[object], code: int, sentence: str, tmp_path: Path)
     (tmp_path / "short.csv").write_text("0,1,2\n")
     (tmp_path / "nan.csv").write_text("0,1,2,nan\n")
     (tmp_path / "back.csv").write_text("0,1,2,3\n0,1,2,3\n")
-    done = flexsim("simulate", *words, "-d", "0.01", cwd=tmp_path, timeout=240)
+    done = flexsim_here("simulate", *words, "-d", "0.01", cwd=tmp_path)
     assert done.returncode == code, done.stderr
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
