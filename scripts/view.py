@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
 from .terminal.stop import stopped_by_signals
 
@@ -26,7 +27,7 @@ APPLICATION = "flexsim"
 @click.option("--rate", type=click.FloatRange(1.0, 1000.0), default=60.0, show_default=True,
               metavar="HZ", help="Frames a second of the 3-D view.")  # fmt: skip
 @click.option("-d", "--duration", type=click.FloatRange(0.0, min_open=True), metavar="SECONDS",
-              help="Live, or served: stop after this time; else Ctrl-C stops.")  # fmt: skip
+              help="Live: stop so long after the first message; served: then. Else at Ctrl-C.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     source: str,
@@ -89,9 +90,12 @@ def view_bag(
 
     recording = rr.RecordingStream(APPLICATION)
     target = viewer.attach(recording, save=save, serve=serve, web=web)
+    progress = Progress()
     try:
-        shown = show(bag, recording, scale=scale, rate=rate)
+        shown = show(bag, recording, scale=scale, rate=rate, progress=lambda at: progress.show(
+            f"{at:.0f} of {bag.duration:.0f} s read"))  # fmt: skip
         recording.flush()
+        progress.clear()
     except BaseException:
         target.discard()
         target.close()
@@ -109,6 +113,7 @@ def view_bag(
         "conversion_time": round(elapsed, 3),
         "scale": shown.scale,
         "rows": shown.rows,
+        "thinned": shown.thinned,
         "without_view": shown.without_view,
     }
     if as_json:
@@ -117,7 +122,11 @@ def view_bag(
         title = f"{path}: {bag.duration:.1f} s shown in {elapsed:.1f} s"
         if save:
             title += f"; look at it with: rerun {save}"
-        print_table(title, ["entity", "rows"], list(shown.rows.items()))
+        rows = [[name, count, shown.thinned.get(name)] for name, count in shown.rows.items()]
+        if shown.thinned:
+            print_table(title, ["entity", "rows", "of so many in the bag"], rows)
+        else:
+            print_table(title, ["entity", "rows"], [row[:2] for row in rows])
         if shown.without_view:
             click.echo(f"without a view: {', '.join(shown.without_view)}")
     if web or serve:

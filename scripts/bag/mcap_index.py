@@ -322,7 +322,7 @@ def unpacked_head(data: Any, at: int, length: int) -> tuple[int, int, int, int, 
 def unpacked(data: Any, at: int, length: int) -> NDArray[np.uint8]:
     """Return a chunk's records; raises one of BROKEN.  `length` is without the record's head."""
     _, _, size, checksum, compression, begin, packed = unpacked_head(data, at, length)
-    squeezed = data[begin : begin + packed]
+    squeezed = memoryview(data)[begin : begin + packed]
     if compression == b"zstd":
         import zstandard
 

@@ -376,7 +376,9 @@ class Thinner:
         if not self.period or not len(messages):
             return messages
         cells = np.maximum.accumulate(messages.log_time // self.period)
-        news = np.diff(cells, prepend=self.cell) > 0
+        news = np.empty(len(cells), dtype=bool)
+        news[0] = cells[0] > self.cell
+        np.greater(cells[1:], cells[:-1], out=news[1:])
         self.cell = max(self.cell, int(cells[-1]))
         return messages[news]
 

@@ -254,7 +254,7 @@ class BagWriter:
             return False
         if self._max_duration and log_time - file.first >= self._max_duration:
             return True
-        return bool(self._max_size) and file.size_at_most + message > self._max_size
+        return bool(self._max_size) and file.size_with(message) > self._max_size
 
     def _split(self) -> None:
         self._finish()

@@ -345,8 +345,9 @@ def stress(
         return section
     section.say(
         "Largest equivalent stress (von Mises) of each link's sections: normal stress at the corner where "
-        "the axial force and both bendings add up, with the largest shear of torsion. Elastic, without "
-        "stress concentrations and the shear of transverse forces."
+        "the axial force and both bendings add up, with the largest shear of torsion and of the transverse "
+        "forces (3/2 of its mean, as in a rectangle), as if all met in one point. Elastic, without stress "
+        "concentrations."
     )
     if period:
         section.say(f"From every {count / MOST_STRESSES:.0f}th elastic state.")
@@ -355,11 +356,13 @@ def stress(
         section.say(f"{names}: given by its constants; taken as the rectangle with the same second moments.")
     figures["stress"] = {
         s.link: {"peak": s.peak, "at": s.at, "from_start": s.where, "axial": s.parts[0],
-                 "bending": s.parts[1], "torsion": s.parts[2], "assumed_section": s.assumed}
+                 "bending": s.parts[1], "torsion": s.parts[2], "shear": s.parts[3],
+                 "assumed_section": s.assumed}
         for s in found
     }  # fmt: skip
+    columns = ["link", "peak, MPa", "at, s", "from its start, m"]
     section.table(
-        ["link", "peak, MPa", "at, s", "from its start, m", "axial, MPa", "bending, MPa", "torsion, MPa"],
+        [*columns, "axial, MPa", "bending, MPa", "torsion, MPa", "shear, MPa"],
         [[s.link, MEGAPASCALS * s.peak, s.at, s.where, *(MEGAPASCALS * p for p in s.parts)] for s in found],
     )
 

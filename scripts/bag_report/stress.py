@@ -4,8 +4,10 @@ At the ends of each element its strains follow from its nodes (flexsim_node/beam
 the effect `centrifugal`, the mean of half the squared slope; the curvatures of its cubics; its twist. With
 the formulation `co_moving`, whose turns may be large, all is taken about each element's chord. Of a
 section's points the worst is taken: normal stress where both bendings and the axial force add up, and with
-it, by von Mises, the largest shear of torsion, which in a rectangle lies elsewhere on its rim: so the stress
-is never less than what the section bears. Shear of transverse forces, small in slender links, is left out.
+it, by von Mises, the largest shear of torsion and of the transverse forces, which in a rectangle lie
+elsewhere: so the stress is never less than what the section bears. A transverse force is what changes the
+bending moment along an element; its shear is 3/2 of its mean, that of a rectangle (Timoshenko, Strength of
+Materials I, 26).
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ from flexsim_node.section import section
 from ..bag import Bag, BagError
 from .motion import SECOND, STAMP, Layout
 
+# Of a rectangle's shear stress under a transverse force, over its mean.
+LARGEST_SHEAR = 1.5
 Array = NDArray[np.float64]
 FIELDS = ["displacement", "rigid_position", *STAMP]
 Bend = tuple[Array, Array, Array]
@@ -39,7 +43,8 @@ class LinkStress:
     Attributes
     ----------
     peak : Pa, von Mises; at, s, simulated; where, m from the link's start
-    parts : Pa, normal stress of the axial force and of bending, and shear of torsion, there and then
+    parts : Pa, normal stress of the axial force and of bending, shear of torsion and of transverse forces,
+        there and then
     place : (P,) m from the link's start; most : (P,) Pa, the largest there over time
     assumed : the section was given by constants, so a rectangle with the same second moments is taken
     """
@@ -48,7 +53,7 @@ class LinkStress:
     peak: float
     at: float
     where: float
-    parts: tuple[float, float, float]
+    parts: tuple[float, float, float, float]
     place: Array
     most: Array
     assumed: bool
@@ -96,6 +101,8 @@ class LinkStrain:
         self.modulus = beam.youngs_modulus
         self.shear_modulus = beam.youngs_modulus / (2.0 * (1.0 + beam.poissons_ratio))
         s = section(beam)
+        self.stiffness = beam.youngs_modulus * np.array([s.iz, s.iy])
+        self.area = s.area
         self.half_width, self.half_depth, self.assumed = outer(beam)
         self.twist_arm = largest_twist_shear(2.0 * self.half_width, 2.0 * self.half_depth)
         kind = 12.0 * beam.youngs_modulus / (self.shear_modulus * length**2)
@@ -104,8 +111,8 @@ class LinkStrain:
         start = np.concatenate([[0.0], np.cumsum(length)])
         self.place = np.stack([start[:-1], start[1:]], axis=1).ravel()
 
-    def __call__(self, displacement: Array) -> tuple[Array, Array, Array]:
-        """Return normal stress of axial force and of bending, and shear of torsion, (K, P), Pa.
+    def __call__(self, displacement: Array) -> tuple[Array, Array, Array, Array]:
+        """Return normal stress of axial force and of bending, shear of torsion and of forces, (K, P), Pa.
 
         displacement (K, N, 6) in the link's frame; P places, the two ends of each element.
         """
@@ -120,7 +127,10 @@ class LinkStrain:
         axial = self.modulus * np.abs(np.repeat(stretch, 2, axis=1))
         bending = self.modulus * (self.half_width * np.abs(kappa_z) + self.half_depth * np.abs(kappa_y))
         torsion = self.shear_modulus * self.twist_arm * np.abs(np.repeat(twist, 2, axis=1))
-        return axial, bending, torsion
+        moments = self.stiffness[:, None, None] * np.stack([kappa_z, kappa_y])
+        forces = (moments[:, :, 1::2] - moments[:, :, ::2]) / self.length
+        transverse = LARGEST_SHEAR / self.area * np.linalg.norm(forces, axis=0)
+        return axial, bending, torsion, np.repeat(transverse, 2, axis=1)
 
     def _along_link(self, moved: Array, turned: Array) -> Ends:
         """Return stretch, twist and both bendings' (rise, slopes) (K, E) from small displacements."""
@@ -209,7 +219,7 @@ def stresses(
         The scene is not that of the bag.
     """
     links: list[LinkStrain] | None = None
-    best: list[tuple[float, float, float, tuple[float, float, float]]] = []
+    best: list[tuple[float, float, float, tuple[float, float, float, float]]] = []
     most: list[Array] = []
     read = 0
     for _, columns in bag.batches(topic, FIELDS, period=period):
@@ -219,16 +229,18 @@ def stresses(
         displacement = displacement.reshape(len(displacement), -1, 6)
         if links is None:
             links = of_links(scene, layout, columns["rigid_position"][0].reshape(-1, 3))
-            best = [(-1.0, 0.0, 0.0, (0.0, 0.0, 0.0))] * len(links)
+            best = [(-1.0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))] * len(links)
             most = [np.zeros(len(link.place)) for link in links]
         time = columns[STAMP[0]] + columns[STAMP[1]] / SECOND
         for n, link in enumerate(links):
-            axial, bending, torsion = link(displacement)
-            mises = np.sqrt((axial + bending) ** 2 + 3.0 * torsion**2)
+            axial, bending, torsion, transverse = link(displacement)
+            mises = np.sqrt((axial + bending) ** 2 + 3.0 * (torsion + transverse) ** 2)
             k, p = np.unravel_index(np.nanargmax(mises), mises.shape)
             most[n] = np.maximum(most[n], np.nanmax(mises, axis=0))
             if mises[k, p] > best[n][0]:
-                parts = (float(axial[k, p]), float(bending[k, p]), float(torsion[k, p]))
+                parts = (
+                    float(axial[k, p]), float(bending[k, p]), float(torsion[k, p]), float(transverse[k, p])
+                )  # fmt: skip
                 best[n] = (float(mises[k, p]), float(time[k]), float(link.place[p]), parts)
         read += len(displacement)
         progress(read)

@@ -29,6 +29,14 @@ FIELDS = {
     IMAGE: ["height", "width", "data"],
     TEMPERATURE: ["temperature"],
 }
+ENTITIES = {
+    FIELD: ["door/fire_side", "door/unexposed_side"],
+    DEFLECTION: ["door/deflection"],
+    THERMOCOUPLES: ["door/thermocouples/unexposed"],
+    CRITERIA: ["door/criteria"],
+    IMAGE: ["door/infrared"],
+    TEMPERATURE: ["door/furnace"],
+}
 # A leaf of fifty thousand nodes is drawn with some ten thousand: more frames cost only memory.
 MOST_FRAMES = 400
 MOST_PLOTTED = 5_000
@@ -78,6 +86,16 @@ def show(
                 rows[f"door/{side}"] = rows.get(f"door/{side}", 0) + len(time)
     plots(bag, found, view, rows)
     return view.layout(), rows
+
+
+def recorded(bag: Bag, found: dict[str, str]) -> dict[str, int]:
+    """Return of each entity how many messages the bag has of what it shows."""
+    return {
+        entity: bag.topic(found[kind]).count
+        for kind, entities in ENTITIES.items()
+        if kind in found
+        for entity in entities
+    }
 
 
 def last_mesh(bag: Bag, topic: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

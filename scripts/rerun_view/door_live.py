@@ -57,19 +57,23 @@ class LiveDoor:
         self._cold: float | None = None
 
     def run(self, stopped: Stop, duration: float | None) -> None:
-        """Show until asked to stop, or for `duration` seconds."""
-        begun = time.monotonic()
-        next_discovery = begun
-        while not stopped.asked:
+        """Show until asked to stop, or for `duration` seconds from the first message on."""
+        begun: float | None = None
+        next_discovery = 0.0
+        last = False
+        while not last:
+            # What came in before the end is shown.
             now = time.monotonic()
-            if duration is not None and now - begun >= duration:
-                return
+            last = stopped.asked or (duration is not None and begun is not None and now - begun >= duration)
             if now >= next_discovery:
                 self._discover()
                 next_discovery = now + DISCOVERY_PERIOD
             for kind in TOPICS.values():
                 self._take(kind)
-            time.sleep(POLL_PERIOD)
+            if begun is None and self.rows:
+                begun = time.monotonic()
+            if not last:
+                time.sleep(POLL_PERIOD)
 
     def _discover(self) -> None:
         for name, kind in TOPICS.items():

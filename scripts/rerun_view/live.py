@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from ..bag.cdr import Decoder
 from ..bag.definitions import definition
 from ..bag.diagnostics import statuses
+from ..ros.parameters import ParameterQuestion
 from ..ros.raw_topic import RawTopic
 from ..terminal.stop import Stop
 from . import robot
@@ -29,6 +31,7 @@ from .health import HealthPlots
 from .joints import QUANTITIES, JointPlots
 from .robot_bag import DIAGNOSTICS, JOINTS, LAYOUT, SHAPE, STATE
 from .spectrum import Running
+from .strain import KINDS, Strain
 from .tube import LAYOUT_FIELDS, Skeleton
 from .window import window
 
@@ -45,10 +48,15 @@ FIELDS: dict[str, tuple[str, list[str]]] = {
 }
 # A running node is found in well under a second; a new one may compile its kernels first.
 DISCOVERY_TIME = 1.5
-START_TIMEOUT = 90.0
+START_TIMEOUT = 600.0
 END_TIMEOUT = 5.0
 POLL_PERIOD = 1.0 / 60.0
 DISCOVERY_PERIOD = 0.25
+# s that diagnostics wait for the deadline that they are held against.
+ASKING = 5.0
+# Of so many shapes the beams' axes are found, anew as often as this, s: a robot at rest does not tell them.
+LOOKED_AT = 200
+LOOKING_PERIOD = 0.5
 
 
 @dataclass(frozen=True)
@@ -164,23 +172,48 @@ class LiveRobot:
         self._spectra = Running(1.0)
         self._start: int | None = None
         self._next_frame = 0.0
+        self._looked_at: deque[tuple[NDArray, ...]] = deque(maxlen=LOOKED_AT)
+        self._next_look = 0.0
+        self._question: ParameterQuestion | None = ParameterQuestion(node, f"/{EXECUTABLE}")
+        self._asked = time.monotonic()
 
     def run(self, stopped: Stop, duration: float | None) -> None:
-        """Show until asked to stop, or for `duration` seconds."""
-        begun = time.monotonic()
-        next_discovery = begun
-        while not stopped.asked:
+        """Show until asked to stop, or for `duration` seconds from the first message on."""
+        begun: float | None = None
+        next_discovery = 0.0
+        last = False
+        while not last:
+            # What came in before the end is shown.
             now = time.monotonic()
-            if duration is not None and now - begun >= duration:
-                return
+            last = stopped.asked or (duration is not None and begun is not None and now - begun >= duration)
             if now >= next_discovery:
                 self._discover()
                 next_discovery = now + DISCOVERY_PERIOD
+            self._ask()
             self._take(LAYOUT, self._on_layout)
             self._take(STATE, self._on_states)
             self._take(JOINTS, self._on_joints)
-            self._take_diagnostics()
-            time.sleep(POLL_PERIOD)
+            if self._question is None or last:
+                self._take_diagnostics()
+            if begun is None and self.rows:
+                begun = time.monotonic()
+            if not last:
+                time.sleep(POLL_PERIOD)
+        if self._question is not None:
+            self._question.close()
+
+    def _ask(self) -> None:
+        """Ask the simulator for the time that a tick may take."""
+        if self._question is None:
+            return
+        parameters = self._question.step()
+        if parameters is None and time.monotonic() - self._asked < ASKING:
+            return
+        rate = (parameters or {}).get("rate")
+        if isinstance(rate, float) and rate > 0.0:
+            self._health.deadline = 1.0 / rate
+        self._question.close()
+        self._question = None
 
     def _discover(self) -> None:
         for name, (type_name, _) in FIELDS.items():
@@ -214,13 +247,20 @@ class LiveRobot:
 
     def _on_states(self, times: NDArray, states: dict[str, NDArray]) -> None:
         assert self._skeleton is not None
-        position, rigid = states["position"], states["rigid_position"]
+        position, rigid, displacement = (states[name] for name in SHAPE)
         if self._view is None:
-            self._view = robot.RobotView(self.recording, self._skeleton, scale=self.scale, full_colour=0.0)
+            self._view = robot.RobotView(
+                self.recording, self._skeleton, scale=self.scale, full_colour=0.0,
+                strain=Strain(self._skeleton, position, rigid, displacement),
+                full_strain=(0.0,) * len(KINDS),
+            )  # fmt: skip
+            self._looked_at.clear()
             # The blueprint is sent once, so it has room for what is yet to come.
             health = self._health.all_views()
             reach = whole_reach(rigid[0].reshape(-1, 3))
-            self.recording.send_blueprint(window(robot.layout(reach, self.scale, health=health), live=True))
+            most = "the most so far"
+            layout = robot.layout(reach, self.scale, most, (most,) * len(KINDS), health)
+            self.recording.send_blueprint(window(layout, live=True))
         elastic = np.linalg.norm((position - rigid).reshape(-1, 3), axis=1)
         # The colours' range is not known beforehand, so it grows.
         self._view.full_colour = max(self._view.full_colour, float(elastic.max()))
@@ -235,9 +275,24 @@ class LiveRobot:
                 kept.append(i)
                 self._next_frame = t - t % self.period + self.period
         if kept:
-            self._view.log_shape(times[kept], position[kept], rigid[kept])
+            shapes = position[kept], rigid[kept], displacement[kept]
+            self._view.log_shape(times[kept], *shapes[:2])
+            self._look(times[kept], shapes)
+            self._view.log_strain(times[kept], *shapes)
         self._count("robot/tip/deflection", len(times))
         self._count("robot/deformed", len(kept))
+
+    def _look(self, times: NDArray, shapes: tuple[NDArray, ...]) -> None:
+        """Find the beams' axes of what was seen so far, and the range of the strains' colours."""
+        assert self._view is not None and self._skeleton is not None
+        self._looked_at.extend(zip(*shapes, strict=True))
+        if times[-1] >= self._next_look:
+            self._next_look = times[-1] + LOOKING_PERIOD
+            seen = [np.stack(some) for some in zip(*self._looked_at, strict=True)]
+            self._view.strain = Strain(self._skeleton, *seen)
+        assert self._view.strain is not None
+        largest = self._view.strain(*shapes).max(axis=(0, 1))
+        self._view.full_strain = tuple(np.maximum(self._view.full_strain, largest).tolist())
 
     def _on_joints(self, times: NDArray, states: dict[str, NDArray]) -> None:
         if self._plots is None:

@@ -260,8 +260,8 @@ def eye(reach: NDArray[np.float64]) -> rrb.EyeControls3D:
 def layout(
     reach: NDArray[np.float64],
     scale: float,
-    full_colour: float | None = None,
-    full_strain: tuple[float, ...] | None = None,
+    red: str = "",
+    red_strain: tuple[str, ...] | None = None,
     health: list[rrb.TimeSeriesView] | None = None,
 ) -> rrb.Horizontal:
     """Return the robot's view: 3-D and strains on the left, plots on the right.
@@ -271,12 +271,11 @@ def layout(
     reach : ndarray (2, 3), m
     scale : float
         Factor on displacements.
-    full_colour : float, m; full_strain : tuple of float
-        What has the strongest colour.
+    red : str; red_strain : tuple of str
+        What has the strongest colour, of the displacement and of each strain; None: no strains are shown.
     health : list of views
         Plots of how the simulator does.
     """
-    red = "" if full_colour is None else f"; red: {full_colour * MILLIMETRES:.3g} mm"
     spacing = 10.0 ** np.floor(np.log10(max(float(np.ptp(reach, axis=0).max()), 1e-3)))
     trace = rrb.VisibleTimeRanges(
         timeline=TIMELINE,
@@ -287,7 +286,7 @@ def layout(
     space = rrb.Spatial3DView(
         origin="robot",
         contents=["$origin/deformed", "$origin/rigid", "$origin/nodes", "$origin/tip"],
-        name=f"Robot, elastic displacement ×{scale:g}{red}; grey: rigid",
+        name=f"Robot, elastic displacement ×{scale:g}{f'; red: {red}' if red else ''}; grey: rigid",
         background=background,
         line_grid=rrb.LineGrid3D(spacing=float(spacing) / 2.0, color=(255, 255, 255, 28)),
         eye_controls=eye(reach),
@@ -295,17 +294,17 @@ def layout(
     )
     left: list[rrb.Container | rrb.View] = [space]
     shares = [6.0]
-    if full_strain is not None:
+    if red_strain is not None:
         views = [
             rrb.Spatial3DView(
                 origin="robot",
                 contents=[f"$origin/strain/{kind}"],
-                name=f"{TITLES[kind]}; red: {amount:.2g}",
+                name=f"{TITLES[kind]}; red: {amount}",
                 background=background,
                 line_grid=rrb.LineGrid3D(visible=False),
                 eye_controls=eye(reach),
             )
-            for kind, amount in zip(KINDS, full_strain, strict=True)
+            for kind, amount in zip(KINDS, red_strain, strict=True)
         ]
         left.append(rrb.Horizontal(*views))
         shares.append(2.5)

@@ -96,7 +96,6 @@ class RobotConversion:
         self.state, self.joints = found.get(STATE), found.get(JOINTS)
         self.diagnostics = found.get(DIAGNOSTICS)
         self.reach = np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]])
-        self.strongest: float | None = None
         self._plots: JointPlots | None = None
         self._health = HealthPlots(recording, self._deadline())
         self._frames: list[tuple[NDArray, dict[str, NDArray]]] = []
@@ -130,12 +129,12 @@ class RobotConversion:
         self.reach = np.array([nodes.min(axis=0), nodes.max(axis=0)])
         elastic = (some["position"] - some["rigid_position"]).reshape(len(some["position"]), -1, 3)
         # Not the very largest: one knock at the start would leave the rest without colour.
-        self.strongest = float(np.quantile(np.linalg.norm(elastic, axis=2).max(axis=1), 0.95))
+        strongest = float(np.quantile(np.linalg.norm(elastic, axis=2).max(axis=1), 0.95))
         strain = Strain(found, some["position"], some["rigid_position"], some["displacement"])
         amounts = strain(some["position"], some["rigid_position"], some["displacement"])
         largest = np.quantile(amounts.max(axis=1), 0.95, axis=0)
         self._view = robot.RobotView(
-            self.recording, found, scale=self.scale, full_colour=self.strongest,
+            self.recording, found, scale=self.scale, full_colour=strongest,
             strain=strain, full_strain=tuple(map(float, largest)),
         )  # fmt: skip
         self._thin_frames = Thinner(thinning(self.bag, self.state, MOST_FRAMES, rate))
@@ -253,8 +252,21 @@ class RobotConversion:
 
     def view(self) -> rrb.Horizontal:
         """Return what the blueprint shows of the robot."""
-        strains = self._view.full_strain if self._view is not None else None
-        return robot.layout(self.reach, self.scale, self.strongest, strains, health=self._health.views())
+        red, strains = "", None
+        if self._view is not None:
+            red = f"{self._view.full_colour * robot.MILLIMETRES:.3g} mm"
+            strains = tuple(f"{amount:.2g}" for amount in self._view.full_strain)
+        return robot.layout(self.reach, self.scale, red, strains, health=self._health.views())
+
+    def recorded(self) -> dict[str, int]:
+        """Return of each entity how many messages the bag has of what it shows."""
+        found: dict[str, int] = {}
+        if self.state is not None:
+            states = self.bag.topic(self.state).count
+            found |= {"robot/deformed": states, "robot/tip/deflection": states}
+        if self.joints is not None:
+            found |= {f"joints/{q}": self.bag.topic(self.joints).count for q in QUANTITIES}
+        return found
 
 
 def joined(

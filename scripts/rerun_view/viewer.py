@@ -18,7 +18,7 @@ import rerun as rr
 from ..terminal.stop import stopped_by_signals
 
 LOOPBACK = "127.0.0.1"
-START_TIMEOUT = 15.0
+START_TIMEOUT = 60.0
 # Of the host's memory: what a server of web pages keeps for browsers that come late.
 KEPT = "50%"
 

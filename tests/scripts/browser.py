@@ -20,7 +20,7 @@ OPTIONS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enabl
            "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--mute-audio",
            "--hide-scrollbars", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost",
            "--remote-debugging-pipe"]  # fmt: skip
-LOADING = 60.0  # s
+LOADING = 300.0  # s, by a busy machine
 
 
 def chromium() -> str | None:
@@ -69,7 +69,7 @@ class Browser:
         for domain in ("Page", "Runtime", "Log"):
             self.ask(f"{domain}.enable")
 
-    def ask(self, method: str, *, timeout: float = 60.0, **parameters: Any) -> dict[str, Any]:
+    def ask(self, method: str, *, timeout: float = LOADING, **parameters: Any) -> dict[str, Any]:
         """Send a command and return its result."""
         self._number += 1
         message: dict[str, Any] = {"id": self._number, "method": method, "params": parameters}
@@ -96,6 +96,18 @@ class Browser:
             assert time.monotonic() < end, f"{address} was not loaded: {self.console[-20:]}"
             for event in self._read(end):
                 self._listen(event)
+
+    def worked(self) -> float:
+        """Return the processor time, s, of all of the browser's processes so far."""
+        ticks = 0
+        for status in Path("/proc").glob("[0-9]*/stat"):
+            try:
+                fields = status.read_text().rpartition(")")[2].split()
+            except OSError:  # it has ended meanwhile
+                continue
+            if int(fields[2]) == self._process.pid:  # of its process group
+                ticks += int(fields[11]) + int(fields[12])
+        return ticks / os.sysconf("SC_CLK_TCK")
 
     def screenshot(self, file: Path) -> None:
         """Write what is to be seen into a PNG."""

@@ -212,8 +212,13 @@ def test_garbage(tmp_path: Path) -> None:
 
 
 def test_killed_writer(tmp_path: Path) -> None:
-    """A process that dies by SIGKILL at any moment loses at most what one flush period held."""
-    period, slack = 0.02, 0.1
+    """A process that dies by SIGKILL at any moment loses at most what one flush period held.
+
+    It writes down when it begins each message, so what is held against the period is what it did,
+    however seldom a busy machine let it run: behind a message that came a period after the first
+    that is lost, none was begun.
+    """
+    period = 0.02
     random = np.random.default_rng(5)
     for n in range(100):
         path = tmp_path / f"run_{n}"
@@ -234,14 +239,12 @@ def test_killed_writer(tmp_path: Path) -> None:
             time.sleep(1e-3)
         time.sleep(float(random.uniform(0.0, 0.06)))
         os.kill(child, signal.SIGKILL)
-        killed = time.monotonic()
         os.waitpid(child, 0)
         _, found = read_all(path)
         assert [m[2] for m in found] == [torque(k) for k in range(len(found))]
         assert not Bag(path).complete
-        first_lost = clock[len(found)]
-        if first_lost:
-            assert killed - first_lost < period + slack
+        lost = clock[len(found) : np.count_nonzero(clock)]
+        assert len(lost) < 2 or lost[-2] - lost[0] <= period
         check_mended(path, [], by_rosbags=n % 10 == 0)
         assert not (path / RESERVE_NAME).exists() or not found
 

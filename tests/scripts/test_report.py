@@ -183,7 +183,7 @@ def test_a_robot(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("shear", [False, True])
 def test_peak_stress(tmp_path: Path, shear: bool) -> None:
-    """The stress at a cantilever's root, in closed form: N/A + M c/I, and the shear of torsion."""
+    """The stress at a cantilever's root, in closed form: N/A + M c/I, shear of torsion and 3/2 Q/A."""
     found, _ = look(Bag(write(tmp_path / "run", shear=shear)), None, Progress())
     stress = found["robot"]["stress"]["link_1"]
     axial = PULL / (WIDTH * DEPTH)
@@ -192,7 +192,10 @@ def test_peak_stress(tmp_path: Path, shear: bool) -> None:
     assert stress["axial"] == pytest.approx(axial, rel=1e-9)
     assert stress["bending"] == pytest.approx(bending, rel=1e-9)
     assert stress["torsion"] == pytest.approx(shear_stress, rel=2e-3)  # of the table's digits
-    assert stress["peak"] == pytest.approx(np.hypot(axial + bending, np.sqrt(3.0) * shear_stress), rel=1e-3)
+    transverse = 1.5 * np.hypot(FORCE_Y, FORCE_Z) / (WIDTH * DEPTH)
+    assert stress["shear"] == pytest.approx(transverse, rel=1e-9)
+    tangential = np.sqrt(3.0) * (shear_stress + transverse)
+    assert stress["peak"] == pytest.approx(np.hypot(axial + bending, tangential), rel=1e-3)
     assert [stress["from_start"], stress["at"]] == [0.0, pytest.approx(BEGIN)]
 
 
@@ -210,10 +213,11 @@ def test_stress_of_a_link_that_bends_far() -> None:
         state[0, :, 0] = radius * np.sin(along) - radius * along
         state[0, :, axis] = radius * (1.0 - np.cos(along))
         state[0, :, 3 + turn] = sign * along
-        axial, bending, torsion = LinkStrain(scene.links[0], nodes, length, scene)(state)
+        axial, bending, torsion, transverse = LinkStrain(scene.links[0], nodes, length, scene)(state)
         np.testing.assert_allclose(bending, MODULUS * half / radius, rtol=1e-9)
         assert axial.max() < 1e-4 * bending.max()
         assert torsion.max() < 1e-9 * bending.max()
+        assert transverse.max() < 1e-9 * bending.max()  # a moment alone
         # Turned as a whole, as a link behind another is, nothing changes.
         whole = Rotation.from_rotvec([0.3, -0.4, 0.7])
         place = state[0, :, :3] + np.linspace(0.0, LENGTH, elements + 1)[:, None] * [1.0, 0.0, 0.0]
@@ -225,7 +229,7 @@ def test_stress_of_a_link_that_bends_far() -> None:
         assert again[2].max() < 1e-6 * bending.max()
     twisted = np.zeros((1, elements + 1, 6))
     twisted[0, :, 3] = along
-    _, _, torsion = LinkStrain(scene.links[0], nodes, length, scene)(twisted)
+    _, _, torsion, _ = LinkStrain(scene.links[0], nodes, length, scene)(twisted)
     shear_modulus = MODULUS / (2.0 * (1.0 + NU))
     arm = 0.263 * WIDTH * DEPTH**3 / (0.267 * WIDTH * DEPTH**2)
     np.testing.assert_allclose(torsion, shear_modulus * arm * angle / LENGTH, rtol=3e-3)

@@ -61,7 +61,7 @@ def test_every_state_is_plotted(shown: Path, recorded: Recorded) -> None:
     frames = recorded.messages / recorded.rate * 50
     for entity in ("deformed", "rigid", "nodes", "tip"):
         assert found[f"/robot/{entity}"] == pytest.approx(frames, abs=0.15 * frames)
-    assert found["/robot/status"] == 2  # "ok", and the warning of the second half
+    assert found["/robot/status"] == 3  # "ok", the warning of the second half, and that frames are thinned
     assert RrdReader(shown).blueprints()
 
 
@@ -93,9 +93,37 @@ def test_live(tmp_path: Path) -> None:
     said = json.loads(viewer.output.read_text())["rows"]
     found = rows(rrd)
     assert {entity: found[f"/{entity}"] for entity in said} == said
-    # What came in within the last poll before Ctrl-C is not shown.
-    assert said["robot/tip/deflection"] > 250
-    assert 30 < said["robot/deformed"] <= 80
+    # All of it was acknowledged before Ctrl-C.
+    assert said["robot/tip/deflection"] == said["joints/position"] == 300
+    assert 1 <= said["robot/deformed"] <= 80
+    for kind in ("axial", "bending", "torsion"):
+        assert found[f"/robot/strain/{kind}"] == said["robot/deformed"]
+
+
+def test_what_is_thinned_is_said(recorded: Recorded, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A recording of fewer states than the bag has says so, and how many there are."""
+    import rerun as rr
+    from flexsim.bag import Bag
+    from flexsim.rerun_view import bag, robot_bag
+
+    def converted(name: str) -> tuple[bag.Shown, str]:
+        recording = rr.RecordingStream("test")
+        recording.save(tmp_path / name)
+        shown = bag.show(Bag(recorded.bag), recording, scale=None, rate=1000.0)
+        recording.flush()
+        words = [str(w[0]) for w in column(tmp_path / name, "/robot/status", "TextLog:text")]
+        return shown, "; ".join(words)
+
+    shown, words = converted("all.rrd")
+    assert shown.thinned == {}
+    assert "fewer" not in words
+    monkeypatch.setattr(robot_bag, "MOST_PLOTTED", 200)
+    monkeypatch.setattr(robot_bag, "MOST_FRAMES", 50)
+    shown, words = converted("thin.rrd")
+    assert set(shown.thinned.values()) == {recorded.messages}
+    for entity in ("robot/deformed", "robot/tip/deflection", "joints/position"):
+        assert 0 < shown.rows[entity] < shown.thinned[entity]
+        assert f"{entity} {shown.rows[entity]} of {recorded.messages}" in words
 
 
 def test_a_bag_without_a_robot(tmp_path: Path) -> None:

@@ -22,7 +22,9 @@ pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 ARTEFACTS = Path(__file__).parents[2] / "out"
 WIDTH, HEIGHT = 1280, 800
-PATIENCE = 60.0  # s until all is drawn, by a processor that does a graphics card's work
+# s that the browser may compute until all is drawn: on a busy machine that takes longer, not more.
+PATIENCE = 120.0
+LONGEST = 600.0  # s, in any case
 LISTEN, LOOPBACK = "0A", "0100007F"
 
 
@@ -73,7 +75,7 @@ def test_a_recorded_run_in_a_browser(recorded: Recorded, page: Browser, tmp_path
         file.unlink(missing_ok=True)
         begun, seen = time.monotonic(), {}
         wanted = {"joint_1": SERIES[0], "joint_2": SERIES[1], "joint_3": SERIES[2]}
-        while time.monotonic() - begun < PATIENCE:
+        while page.worked() < PATIENCE and time.monotonic() - begun < LONGEST:
             page.screenshot(file)
             picture = imread(file)
             seen = {name: pixels(picture, colour) for name, colour in wanted.items()}
@@ -81,7 +83,7 @@ def test_a_recorded_run_in_a_browser(recorded: Recorded, page: Browser, tmp_path
                 break
             time.sleep(1.0)
         # A line across a plot has some hundred pixels; the page before the data has none of them.
-        assert min(seen.values()) > 150, f"{seen}: {page.console[-20:]}"
+        assert min(seen.values()) > 150, f"{seen}: {[words[:200] for words in page.console[-20:]]}"
         assert picture.shape[0] > HEIGHT / 2 and picture.shape[1] > WIDTH / 2
     finally:
         code = view.end(signal.SIGINT)
@@ -106,5 +108,5 @@ def test_a_running_robot_on_a_page(tmp_path: Path) -> None:
     robot.wait_for("published")
     assert view.end() == 0, view.errors.read_text()
     robot.release()
-    assert json.loads(view.output.read_text())["rows"]["robot/tip/deflection"] > 250
+    assert json.loads(view.output.read_text())["rows"]["robot/tip/deflection"] == 300
     assert [listeners(port) for port in ports] == [[], []]
