@@ -24,7 +24,6 @@ from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
-    ChunkIndex,
     Footer,
     Metadata,
     MetadataIndex,
@@ -41,6 +40,9 @@ LARGEST_CHUNK = 1 << 32
 COMPRESSIONS = (b"", b"lz4", b"zstd")
 BROKEN = (McapError, ValueError, EOFError, struct.error, OverflowError, MemoryError, RuntimeError)
 TIMES = struct.Struct("<QQ")
+# Times, place and length of a chunk, and the bytes of the places of its message indices.
+CHUNK_INDEX = struct.Struct("<QQQQI")
+INDEX_OFFSET = struct.Struct("<HQ")
 
 
 @dataclass(frozen=True)
@@ -177,14 +179,7 @@ def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
         elif opcode == Opcode.STATISTICS:
             statistics = parsed(Statistics, body)
         elif opcode == Opcode.CHUNK_INDEX:
-            i = parsed(ChunkIndex, body)
-            channels = frozenset(i.message_index_offsets) or None
-            found.places.append(
-                Place(
-                    i.chunk_start_offset, i.chunk_length, i.message_index_length,
-                    i.message_start_time, i.message_end_time, channels,
-                )
-            )  # fmt: skip
+            found.places.append(place_of(body))
         elif opcode == Opcode.ATTACHMENT_INDEX:
             a = parsed(AttachmentIndex, body)
             found.attachments[a.name] = (a.offset, a.length)
@@ -202,6 +197,15 @@ def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
         found.first, found.last = statistics.message_start_time, statistics.message_end_time
     found.places.sort(key=lambda place: place.offset)
     return found
+
+
+def place_of(body: bytes) -> Place:
+    """Read a chunk index, of which an hour has a hundred thousand; raises struct.error."""
+    first, last, offset, length, size = CHUNK_INDEX.unpack_from(body)
+    end = CHUNK_INDEX.size + size
+    channels = frozenset(number for number, _ in INDEX_OFFSET.iter_unpack(body[CHUNK_INDEX.size : end]))
+    (indices,) = struct.unpack_from("<Q", body, end)
+    return Place(offset, length, indices, first, last, channels or None)
 
 
 def scan(path: Path, data: mmap.mmap) -> FileIndex:
