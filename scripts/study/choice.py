@@ -14,6 +14,9 @@ from .point import Measure, Outcome
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
          "m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "K": 1.0}  # fmt: skip
 
+LUCK = 1.5
+"""A lasting error that is so many times a point's own is said."""
+
 
 def quantity(text: str, units: tuple[str, ...]) -> float:
     """Read a number with one of these units, as 200us or 0.5mm, in SI units.
@@ -89,35 +92,55 @@ def choose(
 ) -> Choice:
     """The cheapest within a tolerance, or else the best within a budget; with both, within both.
 
+    What counts is a point's lasting error.
+
     budget : s for a control period (a robot) or a test (a door); tolerance : in SI units
     floor : the smallest error that the study can tell, SI units
     """
-    usable = [
-        o
-        for o in outcomes
-        if o.ok and not o.effect and cost.serves(o) and math.isfinite(o.error(measure.name))
-    ]
+    able = [o for o in outcomes if o.ok and not o.effect and math.isfinite(o.error(measure.name))]
+    usable = [o for o in able if cost.serves(o)]
+    lasting = {o.point: lasting_error(o, able, measure) for o in able}
     asked = _asked(measure, cost, budget, tolerance)
     if not usable:
         return Choice(None, f"For {asked}: no point of the study ran to its end.")
     within = [o for o in usable if budget is None or cost.of(o) <= budget]
-    exact = [o for o in within if tolerance is None or o.error(measure.name) <= tolerance]
+    exact = [o for o in within if tolerance is None or lasting[o.point] <= tolerance]
     if exact and tolerance is not None:
-        best = min(exact, key=lambda o: (cost.of(o), o.error(measure.name)))
+        best = min(exact, key=lambda o: (cost.of(o), lasting[o.point]))
     elif exact:
         # Below the floor the study can't tell one from another: there, the cheaper.
-        best = min(exact, key=lambda o: (max(o.error(measure.name), floor), cost.of(o)))
+        best = min(exact, key=lambda o: (max(lasting[o.point], floor), cost.of(o)))
     elif within:
-        best = min(within, key=lambda o: o.error(measure.name))
+        best = min(within, key=lambda o: lasting[o.point])
+        enough = [o for o in usable if tolerance is None or lasting[o.point] <= tolerance]
+        needs = (
+            f"that accuracy takes {duration_said(min(cost.of(o) for o in enough))}"
+            if enough
+            else "no point of the study is that accurate"
+        )
         return Choice(
             None,
-            f"For {asked} nothing will do: within the time, {use(best, measure, cost)} is the best;"
-            f" {_needs(usable, measure, cost, tolerance)}.",
+            f"For {asked} nothing will do: within the time, {use(best, measure, cost)} is the best; {needs}.",
         )
     else:
         best = min(usable, key=cost.of)
         return Choice(None, f"For {asked} nothing will do: the cheapest is {use(best, measure, cost)}.")
-    return Choice(best, f"For {asked}, use {use(best, measure, cost)}.")
+    sentence = f"For {asked}, use {use(best, measure, cost)}."
+    if lasting[best.point] > LUCK * max(best.error(measure.name), floor):
+        sentence += (
+            f" Count on {measure.show(lasting[best.point])}: with smaller steps it is that far off, so that"
+            " here the errors of step and mesh happen to oppose each other."
+        )
+    return Choice(best, sentence)
+
+
+def lasting_error(outcome: Outcome, outcomes: Iterable[Outcome], measure: Measure) -> float:
+    """The largest error of a point and of those on its curve with smaller steps.
+
+    At some step the errors of step and mesh may cancel; another motion would not be so lucky.
+    """
+    finer = (o for o in outcomes if o.curve == outcome.curve and o.size <= outcome.size)
+    return max(o.error(measure.name) for o in finer)
 
 
 def _asked(measure: Measure, cost: Cost, budget: float | None, tolerance: float | None) -> str:
@@ -131,13 +154,6 @@ def _asked(measure: Measure, cost: Cost, budget: float | None, tolerance: float 
     if tolerance is not None:
         parts.append(f"{measure.show(tolerance)} in {measure.label}")
     return " and ".join(parts) or "the least error"
-
-
-def _needs(usable: list[Outcome], measure: Measure, cost: Cost, tolerance: float | None) -> str:
-    exact = [o for o in usable if tolerance is None or o.error(measure.name) <= tolerance]
-    if not exact:
-        return "no point of the study is that accurate"
-    return f"that accuracy takes {duration_said(min(cost.of(o) for o in exact))}"
 
 
 def use(outcome: Outcome, measure: Measure, cost: Cost) -> str:
