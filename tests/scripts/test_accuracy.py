@@ -104,8 +104,6 @@ def test_the_choice_is_written_and_comments_stay(tmp_path: Path) -> None:
     shutil.copy(PLANAR, scene)
     write_choice(scene, {"solver.step": 5e-4, "links.1.beam.elements": 4, "effects.shear": True})
     before, after = PLANAR.read_text(), scene.read_text()
-    from flexsim_node import load_scene
-
     changed = load_scene(scene)
     assert changed.solver.step == 5e-4
     assert [link.beam.elements for link in changed.links if link.beam] == [2, 4]
@@ -113,6 +111,15 @@ def test_the_choice_is_written_and_comments_stay(tmp_path: Path) -> None:
     remarks = [line.split("#")[1].strip() for line in before.splitlines() if "#" in line]
     assert len(remarks) > 8
     assert all(remark in after for remark in remarks)
+
+
+def test_reductions_and_formulations_are_written_and_taken_back(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    shutil.copy(PLANAR, scene)
+    for overrides in ({"reduction": {"modes": 3}, "links.0.reduction": False}, {"formulation": "co_moving",
+                      "erls.zeroed": "root", "reduction": None, "links.0.reduction": None}):  # fmt: skip
+        write_choice(scene, overrides)
+        assert load_scene(scene) == load_scene(PLANAR, overrides)
 
 
 def test_ringing_is_heard_as_it_is() -> None:
