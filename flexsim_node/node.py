@@ -39,7 +39,7 @@ from . import conversions
 from .commands import CommandRefused, Commands
 from .integrators import METHODS
 from .link_motion import link_motion
-from .pace import PRIORITY, go_first
+from .pace import PRIORITY, go_first, threads
 from .realtime import Loop, Output
 from .robot_description import robot_description
 from .scene import Scene, SceneError, faults_from_text, load_scene
@@ -298,9 +298,10 @@ def run(node: FlexsimNode, asked: list[int]) -> int:
     gc.collect()
     gc.freeze()
     if node.settings.mode == "realtime":
-        # This thread holds Python's lock now and then: were it to wait for a processor behind ordinary
-        # programs meanwhile, so would the stepping thread.
-        go_first(PRIORITY - 1)
+        # This thread holds Python's lock now and then, the middleware's hold locks that publishing needs:
+        # were one of them to wait for a processor behind ordinary programs, so would the stepping thread.
+        for thread in threads():
+            go_first(PRIORITY - 1, thread)
     node.loop.start()
     try:
         while not (asked or node.simulation.quit_asked or node.loop.ended.is_set()):

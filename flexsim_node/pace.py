@@ -6,6 +6,7 @@ import ctypes
 import os
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 
@@ -26,13 +27,19 @@ def sleep_finely() -> None:
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
-def go_first(priority: int = PRIORITY) -> bool:
-    """Ask Linux to run this thread before all ordinary ones; says whether it is allowed.
+def threads() -> list[int]:
+    """The process's threads, as Linux numbers them; none elsewhere."""
+    tasks = Path("/proc/self/task")
+    return [int(task.name) for task in tasks.iterdir()] if tasks.is_dir() else []
+
+
+def go_first(priority: int = PRIORITY, thread: int = 0) -> bool:
+    """Ask Linux to run a thread (0: this one) before all ordinary ones; says whether it is allowed.
 
     Root may, and users with an rtprio limit, as ros2_control asks them to have.
     """
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+        os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(priority))
     except (OSError, AttributeError):
         return False
     return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import time
@@ -53,6 +54,10 @@ def test_it_steps_in_real_time(tmp_path: Path) -> None:
         assert 0.0 < float(said["real-time factor"]) < 1.01
         assert int(said["overruns"]) >= 0
         assert said["status"] == "ok"
+        # where it may, no thread that the stepping one can wait for stands back behind ordinary programs
+        tasks = Path(f"/proc/{arm.process.process.pid}/task").iterdir()
+        first = [os.sched_getscheduler(int(task.name)) == os.SCHED_FIFO for task in tasks]
+        assert all(first) if said["real-time priority"] == "yes" else not any(first)
 
 
 def test_lockstep_is_the_offline_simulation(tmp_path: Path) -> None:
