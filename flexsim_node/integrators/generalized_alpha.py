@@ -51,7 +51,7 @@ def step(robot, h, option, begin):
     a = work.memory
     rhs, da, an = work.vector[0], work.vector[1], work.vector[2]
     xm, vm, am, xe, ve = work.vector[3:8]
-    mean = work.row[5]
+    mean = work.drive[0]
     n = x.size
     m = (2.0 * option - 1.0) / (option + 1.0)
     f = option / (option + 1.0)
@@ -109,6 +109,6 @@ def step(robot, h, option, begin):
 
 @kernel
 def between(torque, f, out):
-    """Torque at the equilibrium point, into the first entries of out."""
+    """Torque at the equilibrium point, into out."""
     for i in range(torque.shape[1]):
         out[i] = (1.0 - f) * torque[2, i] + f * torque[0, i]

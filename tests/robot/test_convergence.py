@@ -19,6 +19,9 @@ def soft(damped):
     )
     for part in scene["links"]:
         part["beam"].update(youngs_modulus=1e8, elements=1)
+    # what a method passes by might be there, too: a body, friction, a motor
+    scene["links"][2]["payload"] = {"mass": 0.05, "center_of_mass": [0.01, 0.02, 0.0]}
+    scene["links"][1].setdefault("joint", {}).update(viscous_friction=0.05, rotor_inertia=1e-3)
     return scene
 
 
