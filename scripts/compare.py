@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
 
 if TYPE_CHECKING:
@@ -50,7 +51,14 @@ def command(
     """
     from .comparison.saved_run import compared
 
-    found, shown = compared(Path(first), Path(second), topics)
+    progress = Progress()
+    found, shown = compared(
+        Path(first),
+        Path(second),
+        topics,
+        lambda topic, at: progress.show(f"{topic} compared up to {at:.0f} s"),
+    )
+    progress.clear()
     result = as_mapping(first, second, found)
     if plot:
         from .comparison.picture import draw

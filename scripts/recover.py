@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
 
 if TYPE_CHECKING:
@@ -31,7 +32,13 @@ def command(bag: str, output: str | None, as_json: bool) -> None:
     """
     from .bag.mend import mend
 
-    results = mend(Path(bag), Path(output) if output else None)
+    progress = Progress()
+    results = mend(
+        Path(bag),
+        Path(output) if output else None,
+        lambda done, size: progress.show(f"{1e-6 * done:.0f} of {1e-6 * size:.0f} MB checked"),
+    )
+    progress.clear()
     found = as_mapping(output or bag, results)
     if as_json:
         print_json(found)

@@ -111,6 +111,9 @@ class Layout:
         if name not in self.listed:
             cells[:] = texts[0]
             return cells
+        if all(t.count(t[0]) == len(t) for t in texts):  # as names are: one list for all
+            cells.fill([t[0] for t in texts])
+            return cells
         for i in range(len(messages)):
             cells[i] = [t[i] for t in texts]
         return cells

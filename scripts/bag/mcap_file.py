@@ -103,6 +103,11 @@ class McapFile:
         return self.whole + plain + plain // 128 + indices + 16 + 2 * 1024 + self._summary
 
     @property
+    def end_size(self) -> int:
+        """Bytes that the end takes at most: it grows with every chunk."""
+        return self._summary
+
+    @property
     def counts(self) -> dict[int, int]:
         """Messages of each channel."""
         return dict(self._counts)

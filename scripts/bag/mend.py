@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -40,7 +41,9 @@ class Mended:
     kept: Path | None = None
 
 
-def mend(path: Path, output: Path | None = None) -> list[Mended]:
+def mend(
+    path: Path, output: Path | None = None, progress: Callable[[int, int], None] = lambda *_: None
+) -> list[Mended]:
     """Mend a bag.
 
     Parameters
@@ -50,6 +53,8 @@ def mend(path: Path, output: Path | None = None) -> list[Mended]:
     output : Path, optional
         Where to write a whole copy; if not given the bag itself is mended. A file that has damage
         within, not only a missing end, is kept beside as `.mcap.damaged`.
+    progress : callable
+        Called with the bytes of a file that were read, and its size.
 
     Raises
     ------
@@ -66,7 +71,7 @@ def mend(path: Path, output: Path | None = None) -> list[Mended]:
     results, indices = [], []
     for number, file in enumerate(files):
         target = folder / (f"{output.name}_{number}.mcap" if output is not None else file.name)
-        result, index = mend_file(file, target)
+        result, index = mend_file(file, target, progress)
         results.append(result)
         indices.append(index)
     if not any(index.channels for index in indices) and any(r.lost for r in results):
@@ -82,18 +87,20 @@ def mend(path: Path, output: Path | None = None) -> list[Mended]:
     return results
 
 
-def mend_file(file: Path, target: Path) -> tuple[Mended, FileIndex]:
+def mend_file(
+    file: Path, target: Path, progress: Callable[[int, int], None] = lambda *_: None
+) -> tuple[Mended, FileIndex]:
     """Mend one file; `target` may be the file itself."""
     index = mcap_index.read(file)
     result = Mended(target, expected=index.count if index.summed else None, lost=list(index.damages))
     unfinished = target.with_name(target.name + UNFINISHED)
     unfinished.unlink(missing_ok=True)
-    if file == target and not index.damages and sound(file, index):
+    if file == target and not index.damages and sound(file, index, progress):
         result.count = index.count
         return result, index
     written = McapFile(unfinished)
     try:
-        copy(file, index, written, result)
+        copy(file, index, written, result, progress)
         written.finish()
     except BaseException:
         if not written.closed:
@@ -110,12 +117,14 @@ def mend_file(file: Path, target: Path) -> tuple[Mended, FileIndex]:
     return result, found
 
 
-def sound(file: Path, index: FileIndex) -> bool:
+def sound(file: Path, index: FileIndex, progress: Callable[[int, int], None]) -> bool:
     """Say whether each chunk can be read, and all together hold what the index says."""
     reader = ChunkReader(file)
     counts = dict.fromkeys(index.counts, 0)
+    size = file.stat().st_size
     try:
         for place in index.places:
+            progress(place.offset, size)
             read = reader(place)
             if isinstance(read, Damage):
                 return False
@@ -126,7 +135,9 @@ def sound(file: Path, index: FileIndex) -> bool:
     return counts == index.counts
 
 
-def copy(file: Path, index: FileIndex, written: McapFile, result: Mended) -> None:
+def copy(
+    file: Path, index: FileIndex, written: McapFile, result: Mended, progress: Callable[[int, int], None]
+) -> None:
     """Copy all that can be read."""
     for name, where in index.metadata.items():
         try:
@@ -145,8 +156,10 @@ def copy(file: Path, index: FileIndex, written: McapFile, result: Mended) -> Non
         for n, c in index.channels.items()
     }
     reader = ChunkReader(file)
+    size = file.stat().st_size
     try:
         for place in index.places:
+            progress(place.offset, size)
             read = reader(place)
             if isinstance(read, Damage):
                 result.lost.append(read)

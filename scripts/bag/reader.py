@@ -161,15 +161,33 @@ class Bag:
         log_time : ndarray (K,), ns since the epoch
         values : dict of field to ndarray (K,) or (K, n)
         """
-        times: list[NDArray[np.int64]] = []
-        parts: dict[str, list[NDArray[Any]]] = {name: [] for name in fields}
+        # As many as the index says, so that what is read is not held twice.
+        room, filled = 0, 0
+        times = np.empty(0, np.int64)
+        values: dict[str, NDArray[Any]] = {name: np.empty(0) for name in fields}
         for batch_times, columns in self.batches(topic, fields, period=period):
-            times.append(batch_times)
-            for name in fields:
-                parts[name].append(columns[name])
-        if not times:
-            return np.empty(0, np.int64), {name: np.empty(0) for name in fields}
-        return np.concatenate(times), {n: self._joined(topic, n, pieces) for n, pieces in parts.items()}
+            more = len(batch_times)
+            if not filled:
+                room = max(more, self.expected(topic, period))
+                times = np.empty(room, np.int64)
+                values = {n: np.empty((room, *v.shape[1:]), v.dtype) for n, v in columns.items()}
+            elif filled + more > room:  # the index said less
+                room = 2 * room + more
+                times = enlarged(times, filled, room)
+                values = {n: enlarged(v, filled, room) for n, v in values.items()}
+            part = slice(filled, filled + more)
+            times[part] = batch_times
+            for name, column in columns.items():
+                if column.shape[1:] != values[name].shape[1:]:
+                    raise BagError(changing(self.topic(topic), name))
+                values[name][part] = column
+            filled += more
+        return times[:filled], {name: column[:filled] for name, column in values.items()}
+
+    def expected(self, topic: str, period: float) -> int:
+        """Return about how many messages of a topic `columns` gives, by the index."""
+        count = self.topic(topic).count
+        return min(count, int(self.duration / period) + 2) if period else count
 
     def batches(
         self, topic: str, fields: list[str], *, period: float = 0.0
@@ -361,6 +379,13 @@ class Bag:
         )
         topic.channels.add((path, channel.id))
         return topic
+
+
+def enlarged(values: NDArray[Any], filled: int, room: int) -> NDArray[Any]:
+    """Return an array with more room, that holds the same."""
+    found = np.empty((room, *values.shape[1:]), values.dtype)
+    found[:filled] = values[:filled]
+    return found
 
 
 class Thinner:

@@ -102,7 +102,7 @@ class BagWriter:
         self._flush_period = flush_period
         self._flushed = time.monotonic()
         self._closed = False
-        reserve(self.path / RESERVE_NAME, RESERVE)
+        self._reserved = reserve(self.path / RESERVE_NAME, RESERVE)
         self._begin()
 
     @property
@@ -189,11 +189,20 @@ class BagWriter:
         )
 
     def flush_if_due(self) -> None:
-        """Hand the open chunk to the file system if it has waited long enough."""
+        """Hand the open chunk to the file system if it has waited long enough.
+
+        Raises
+        ------
+        OSError
+            The disk has no room for it, or for the end of the file, which grows.
+        """
         now = time.monotonic()
         if now - self._flushed >= self._flush_period:
             self._file.flush()
             self._flushed = now
+            if self._reserved and self._reserved < RESERVE + self._file.end_size:
+                # With so much to spare that it is not done again soon.
+                self._reserved = reserve(self.path / RESERVE_NAME, RESERVE + 2 * self._file.end_size)
 
     def close(self) -> None:
         """Finish the file and write metadata.yaml; closing twice does nothing.
@@ -287,14 +296,18 @@ def smallest_limit(asked: int) -> int:
     return max(min(limits), SMALLEST_END) if limits else 0
 
 
-def reserve(path: Path, size: int) -> None:
-    """Keep space on the disk; where the file system can't, nothing is kept."""
+def reserve(path: Path, size: int) -> int:
+    """Keep space on the disk; returns how much, which is 0 where the file system can't; raises OSError."""
+    new = not path.exists()
     try:
-        with path.open("xb") as file:
+        with path.open("ab") as file:
             os.posix_fallocate(file.fileno(), 0, size)
     except OSError as failure:
-        path.unlink(missing_ok=True)
+        if new or failure.errno in UNABLE:
+            path.unlink(missing_ok=True)
         if failure.errno in UNABLE:
-            return
-        path.parent.rmdir()
+            return 0
+        if new:
+            path.parent.rmdir()
         raise
+    return size

@@ -44,10 +44,12 @@ class Stream:
         order = np.maximum.accumulate(np.concatenate([[self._last], time]))
         news = np.diff(order) > 0
         if news.any():
-            self._last = int(time[news][-1])
-            self.time = np.concatenate([self.time, time[news]])
+            # Copies cost more than the comparison: none is made where all is taken as it came.
+            which: Any = slice(None) if news.all() else news
+            self._last = int(time[which][-1])
+            self.time = np.concatenate([self.time, time[which]])
             for name in self.fields:
-                old, new = self.columns.get(name), columns[name][news]
+                old, new = self.columns.get(name), columns[name][which]
                 if old is not None and old.shape[1:] != new.shape[1:]:
                     raise BagError(f"{self.bag.path}: the length of '{name}' changes within {self.topic}")
                 self.columns[name] = new if old is None or not len(old) else np.concatenate([old, new])
@@ -85,7 +87,11 @@ def aligned(first: Stream, second: Stream) -> Iterator[Piece]:
         until = min(known) if known else np.iinfo(np.int64).max
         time_a, columns_a = first.until(until)
         time_b, columns_b = second.until(until)
-        common, i, j = np.intersect1d(time_a, time_b, assume_unique=True, return_indices=True)
+        i: Any = slice(None)
+        j: Any = slice(None)
+        common = time_a
+        if not np.array_equal(time_a, time_b):
+            common, i, j = np.intersect1d(time_a, time_b, assume_unique=True, return_indices=True)
         yield Piece(
             common,
             {n: v[i] for n, v in columns_a.items()},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,10 @@ class Difference:
         if not len(time):
             return
         if first.dtype == object:
-            same = np.array([a == b for a, b in zip(first.tolist(), second.tolist(), strict=True)])
+            # Most messages share their words, which are then one object.
+            words = list(zip(first.tolist(), second.tolist(), strict=True))
+            alike = {(id(a), id(b)): a == b for a, b in {(id(a), id(b)): (a, b) for a, b in words}.values()}
+            same = np.array([alike[id(a), id(b)] for a, b in words])
             self._note(time, same)
             return
         a, b = first.reshape(len(time), -1), second.reshape(len(time), -1)
@@ -76,7 +80,7 @@ class Difference:
             return
         self.numbers += a.size
         if a.size:
-            self.size = max(self.size, float(np.abs(a.astype(np.float64)).max()))
+            self.size = max(self.size, float(a.max()), -float(a.min()))
         if same.all():
             return
         off = np.abs(b.astype(np.float64) - a.astype(np.float64))
@@ -102,8 +106,16 @@ def bits(values: NDArray[Any]) -> NDArray[Any]:
     return np.ascontiguousarray(values).view(f"u{values.dtype.itemsize}")
 
 
-def differences(first: Bag, second: Bag, topics: tuple[str, ...] = ()) -> list[Difference]:
+def differences(
+    first: Bag,
+    second: Bag,
+    topics: tuple[str, ...] = (),
+    progress: Callable[[str, float], None] = lambda *_: None,
+) -> list[Difference]:
     """Compare two bags: each field of each topic that both have, message by message of equal stamp.
+
+    progress : callable
+        Called with the topic and the time, s, up to which it was compared.
 
     Raises
     ------
@@ -127,17 +139,26 @@ def differences(first: Bag, second: Bag, topics: tuple[str, ...] = ()) -> list[D
         fields = first.fields(name)
         stamp = next((s for s in STAMPS if set(s) <= set(fields)), None)
         if stamp is not None:
-            found += of_topic(first, second, name, [f for f in fields if f not in stamp], stamp)
+            found += of_topic(first, second, name, [f for f in fields if f not in stamp], stamp, progress)
     if not found:
         raise BagError(f"{first.path} and {second.path} have no topic in common that bears stamps")
     return found
 
 
-def of_topic(first: Bag, second: Bag, topic: str, fields: list[str], stamp: list[str]) -> list[Difference]:
+def of_topic(
+    first: Bag,
+    second: Bag,
+    topic: str,
+    fields: list[str],
+    stamp: list[str],
+    progress: Callable[[str, float], None],
+) -> list[Difference]:
     """Compare a topic of two bags."""
     found = {f: Difference(f"{topic} {f}") for f in fields} or {"": Difference(topic)}
     pieces = aligned(Stream(first, topic, fields, stamp), Stream(second, topic, fields, stamp))
     for piece in pieces:
+        if len(piece.time):
+            progress(topic, piece.time[-1] / SECOND)
         for name, difference in found.items():
             difference.only_first += piece.only_first
             difference.only_second += piece.only_second

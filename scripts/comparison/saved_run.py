@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,11 +54,14 @@ def is_saved(path: Path) -> bool:
 
 
 def compared(
-    first: Path, second: Path, topics: tuple[str, ...]
+    first: Path,
+    second: Path,
+    topics: tuple[str, ...],
+    progress: Callable[[str, float], None] = lambda *_: None,
 ) -> tuple[list[Difference], tuple[Path, Path]]:
     """Compare two runs; returns the differences, and what is to be shown."""
     if not (is_saved(first) or is_saved(second)):
-        return differences(Bag(first), Bag(second), topics), (first, second)
+        return differences(Bag(first), Bag(second), topics, progress), (first, second)
     if topics:
         raise BagError("topics can be chosen where both runs are bags")
     a, b = read(first, None), read(second, None)

@@ -244,7 +244,7 @@ def eye(reach: NDArray[np.float64]) -> rrb.EyeControls3D:
     """
     middle = reach.mean(axis=0)
     extent = reach[1] - reach[0]
-    distance = 1.15 * float(np.linalg.norm(extent))
+    distance = 0.95 * float(np.linalg.norm(extent))
     if extent[2] < 1e-3 * distance:  # a planar robot: face its plane
         direction, up = np.array([0.0, 0.0, 1.0]), (0.0, 1.0, 0.0)
     else:
@@ -293,7 +293,7 @@ def layout(
         overrides={"robot/tip": [trace]},
     )
     left: list[rrb.Container | rrb.View] = [space]
-    shares = [6.0]
+    shares = [5.5]
     if red_strain is not None:
         views = [
             rrb.Spatial3DView(
@@ -309,7 +309,7 @@ def layout(
         left.append(rrb.Horizontal(*views))
         shares.append(2.5)
     left.append(rrb.TextLogView(origin="robot/status", name="Status"))
-    shares.append(1.0)
+    shares.append(2.0)
     deflection = rrb.TimeSeriesView(origin="robot/tip/deflection", name="Tip deflection, mm")
     bars = rrb.BarChartView(
         origin="robot/tip/spectrum", name="Spectrum of the tip's last 4 s: amplitude, mm, over Hz"

@@ -290,6 +290,23 @@ def test_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
                 assert reader.message_count == len(found)
 
 
+def test_room_for_the_end_grows(tmp_path: Path) -> None:
+    """The index at a file's end grows with its chunks, and so does the room that is kept for it."""
+    bag = BagWriter(tmp_path / "run", flush_period=0.0)
+    topic = bag.add_topic(TORQUES, "std_msgs/msg/Float64MultiArray")
+    reserved = tmp_path / "run" / RESERVE_NAME
+    assert reserved.stat().st_size == RESERVE
+    for k in range(3000):
+        bag.write(topic, torque(k), SECOND + k)
+        bag.flush_if_due()
+    (file,) = (tmp_path / "run").glob("*.mcap")
+    before = file.stat().st_size
+    assert reserved.stat().st_size > RESERVE + 100_000
+    kept = reserved.stat().st_size - RESERVE
+    bag.close()
+    assert 100_000 < file.stat().st_size - before < kept
+
+
 def test_full_disk_without_reserve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where not a byte is left: what was handed over is there, and what was lost is counted."""
     random = np.random.default_rng(8)
