@@ -56,7 +56,7 @@ def command(
         Path(first),
         Path(second),
         topics,
-        lambda topic, at: progress.show(f"{topic} compared up to {at:.0f} s"),
+        lambda topic, at: progress.show(f"{topic}, {at:.0f} s compared"),
     )
     progress.clear()
     result = as_mapping(first, second, found)

@@ -163,7 +163,7 @@ class Bag:
         """
         # As many as the index says, so that what is read is not held twice.
         room, filled = 0, 0
-        times = np.empty(0, np.int64)
+        times: NDArray[np.int64] = np.empty(0, np.int64)
         values: dict[str, NDArray[Any]] = {name: np.empty(0) for name in fields}
         for batch_times, columns in self.batches(topic, fields, period=period):
             more = len(batch_times)
