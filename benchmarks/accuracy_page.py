@@ -83,8 +83,8 @@ LEARNED = """## What was learned, and the defaults that follow
   elements are cheaper still: no default.
 - **Below the distance of the formulations the step is not what limits.** `erls` and `co_moving` are 0.02 mm
   apart on the driven robot of steel; steps finer than 1 ms follow the equations there more exactly than the
-  robot. A step of either costs about the same; `erls` stays the default because loops, sensors and
-  reduction need it.
+  robot. A step of either costs about the same; `erls` stays the default because
+  reduction needs it.
 - **Explicit methods are no choice here.** Rayleigh's beta makes the fastest mode so stiff that Runge-Kutta
   fails at 5 µs and DOP853 would take ten minutes and more for half a second; Radau serves as a check only.
 - **A door's unexposed face asks for bricks, its exposed face for steps.** Any second-order march, even

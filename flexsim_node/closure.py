@@ -2,7 +2,7 @@
 
 A loop is cut where two links' ends meet (or a link's end and the base); the links are a tree then, and each
 closing joint adds equations g(x) = 0 between points and directions that ride on the two ends, elastic
-displacement and rotation included:
+displacement and rotation included (with co-moving frames, the rigid section's):
 
     d . (a - b) = 0     points a, b; direction d, fixed in a link or in the base
     a . b = 0           directions a, b
@@ -42,6 +42,7 @@ from .chain import (
     ROTATION,
     Q,
 )
+from .co_moving import closing, gather_wrenches
 from .factorization import solve
 from .kernel import kernel
 from .kinematics import accelerate, gather, place, spatial_row
@@ -59,8 +60,24 @@ CLOSING_STEPS = 8
 def poses(chain, work, v):
     """Origin (3), rotation (9, row-wise) and the origin's velocity (3) of each link, base frame.
 
-    Velocities are those of the last `accelerate`, with the same v.
+    Velocities are those of the last `accelerate`, with the same v.  With co-moving frames it is the frames at
+    the links' ends.
     """
+    poses_as(chain.co_moving, chain, work, v)
+
+
+@kernel
+def poses_as(co, chain, work, v):
+    """poses for either formulation; the other one is not even compiled."""
+    if len(co) > 0:
+        closing.poses(chain, work, v)
+    else:
+        poses_erls(chain, work, v)
+
+
+@kernel
+def poses_erls(chain, work, v):
+    """poses for frames of the ERLS."""
     link, frame, pose = chain.link, work.frame, work.pose
     for n in range(link.shape[0]):
         f, p, parent = frame[n], pose[n], link[n, PARENT]
@@ -98,6 +115,21 @@ def ride(chain, work, n, r, point, out):
             if point:
                 out[2, k] = -chain.setting[GRAVITY + k]
         return
+    ride_as(chain.co_moving, chain, work, n, r, point, out)
+
+
+@kernel
+def ride_as(co, chain, work, n, r, point, out):
+    """ride on a link, for either formulation."""
+    if len(co) > 0:
+        closing.ride(chain, work, n, r, point, out)
+    else:
+        ride_erls(chain, work, n, r, point, out)
+
+
+@kernel
+def ride_erls(chain, work, n, r, point, out):
+    """ride on a link, for frames of the ERLS."""
     planar = len(chain.dofs) == 3
     i, f, p = chain.link[n, FIRST] + chain.link[n, COUNT], work.frame[n], work.pose[n]
     u, du, ddu = work.row[3, 0:6], work.row[3, 6:12], work.row[3, 12:18]
@@ -163,14 +195,23 @@ def equation(chain, work, k):
 
 
 @kernel
-def pull(chain, work, n, r, point, c, x, y, z, sign):
+def pull(co, chain, work, n, r, point, c, x, y, z):
     """Add a force (x, y, z), base frame, on what rides on link n: c (3,) its value in body axes."""
     if n < 0:
         return
+    if len(co) > 0:
+        closing.pull(chain, work, n, point, c, x, y, z)
+    else:
+        pull_erls(chain, work, n, r, point, c, x, y, z)
+
+
+@kernel
+def pull_erls(chain, work, n, r, point, c, x, y, z):
+    """pull for frames of the ERLS."""
     p, i = work.pose[n], chain.link[n, FIRST] + chain.link[n, COUNT]
-    fx = sign * (p[3] * x + p[6] * y + p[9] * z)
-    fy = sign * (p[4] * x + p[7] * y + p[10] * z)
-    fz = sign * (p[5] * x + p[8] * y + p[11] * z)
+    fx = p[3] * x + p[6] * y + p[9] * z
+    fy = p[4] * x + p[7] * y + p[10] * z
+    fz = p[5] * x + p[8] * y + p[11] * z
     force, wrench = work.force[i], work.wrench[n]
     if len(chain.dofs) == 3:
         if point:
@@ -199,20 +240,46 @@ def pull(chain, work, n, r, point, c, x, y, z, sign):
 @kernel
 def gradient(chain, work, k, out):
     """Row k of G into out (n,), after `equation` for the same k: the work of unit forces."""
-    row, r, t = chain.closing[k], chain.anchor[k], work.scratch
+    row, r, t, co = chain.closing[k], chain.anchor[k], work.scratch, chain.co_moving
     a, b, d = t[0:4], t[4:8], t[8:12]
-    work.force[:] = 0.0
-    work.wrench[:] = 0.0
+    loosen(co, work)
     out[:] = 0.0
     if row[EQUATION] != DIRECTION:
-        pull(chain, work, row[LINK_A], r[0:3], True, a[3], d[0, 0], d[0, 1], d[0, 2], 1.0)
-        pull(chain, work, row[LINK_B], r[3:6], True, b[3], d[0, 0], d[0, 1], d[0, 2], -1.0)
+        pull(co, chain, work, row[LINK_A], r[0:3], True, a[3], d[0, 0], d[0, 1], d[0, 2])
+        pull(co, chain, work, row[LINK_B], r[3:6], True, b[3], -d[0, 0], -d[0, 1], -d[0, 2])
         x, y, z = a[0, 0] - b[0, 0], a[0, 1] - b[0, 1], a[0, 2] - b[0, 2]
-        pull(chain, work, row[LINK_D], r[6:9], False, d[3], x, y, z, 1.0)
+        pull(co, chain, work, row[LINK_D], r[6:9], False, d[3], x, y, z)
     else:
-        pull(chain, work, row[LINK_A], r[0:3], False, a[3], b[0, 0], b[0, 1], b[0, 2], 1.0)
-        pull(chain, work, row[LINK_B], r[3:6], False, b[3], a[0, 0], a[0, 1], a[0, 2], 1.0)
-    gather(chain, work, out)
+        pull(co, chain, work, row[LINK_A], r[0:3], False, a[3], b[0, 0], b[0, 1], b[0, 2])
+        pull(co, chain, work, row[LINK_B], r[3:6], False, b[3], a[0, 0], a[0, 1], a[0, 2])
+    gather_pull(co, chain, work, out)
+
+
+@kernel
+def loosen(co, work):
+    """Clear the forces that `pull` adds to."""
+    if len(co) > 0:
+        work.section_wrench[:] = 0.0
+    else:
+        work.force[:] = 0.0
+        work.wrench[:] = 0.0
+
+
+@kernel
+def gather_pull(co, chain, work, out):
+    """Add the forces of `pull` to those of the unknowns."""
+    if len(co) > 0:
+        gather_wrenches(chain, work, out)
+    else:
+        gather(chain, work, out)
+
+
+@kernel
+def damping_share(co, chain, row, v):
+    """What of an equation's second derivative, with row (n,) of G, is due to Rayleigh's alpha."""
+    if len(co) > 0:
+        return closing.damping_share(chain, row, v)
+    return 0.0
 
 
 @kernel
@@ -224,6 +291,7 @@ def linearise(chain, work, v):
     for k in range(w.shape[0]):
         _, w[k, tail + DEFECT] = equation(chain, work, k)
         gradient(chain, work, k, w[k, 0:n])
+        w[k, tail + DEFECT] -= damping_share(chain.co_moving, chain, w[k, 0:n], v)
 
 
 @kernel

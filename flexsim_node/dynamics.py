@@ -202,14 +202,13 @@ def link_forces(chain, work):
 @kernel
 def chain_forces(co, chain, work, v, a, out):
     """Add inertia, elastic and damping forces of the placed chain to out, whichever its formulation."""
+    accelerate(chain, work, v, a)
     if len(co) > 0:
-        co_moving.accelerate(chain, work, v, a)
         work.section_wrench[:] = 0.0
         if work.loaded[0] or work.loaded[1]:
             loads.external_forces(chain, work)
         co_moving.gather(chain, work, out)
     else:
-        accelerate(chain, work, v, a)
         link_forces(chain, work)
         if work.loaded[0] or work.loaded[1]:
             external_forces(chain, work)
@@ -229,13 +228,22 @@ def residual(chain, work, x, v, a, torque, out):
 
 @kernel
 def stiffness_times(chain, work, y, scale, out):
-    """scale * K y into out (n,), at the placed configuration."""
+    """scale * K y into out (n,), at the placed configuration; springs between motors and links count."""
     stiffness_times_as(chain.co_moving, chain, work, y, scale, out)
+    link, joint = chain.link, chain.joint
+    for n in range(link.shape[0]):
+        if link[n, MOTOR] >= 0:
+            twist = y[link[n, Q]] - y[link[n, MOTOR]]
+            if link[n, PHI] >= 0:
+                twist += y[link[n, PHI]]
+                out[link[n, PHI]] += scale * joint[n, SPRING] * twist
+            out[link[n, Q]] += scale * joint[n, SPRING] * twist
+            out[link[n, MOTOR]] -= scale * joint[n, SPRING] * twist
 
 
 @kernel
 def stiffness_times_as(co, chain, work, y, scale, out):
-    """stiffness_times for either formulation."""
+    """stiffness_times of the links, for either formulation."""
     if len(co) > 0:
         co_moving.stiffness_times(chain, work, y, scale, out)
     else:
@@ -244,7 +252,7 @@ def stiffness_times_as(co, chain, work, y, scale, out):
 
 @kernel
 def stiffness_times_erls(chain, work, y, scale, out):
-    """stiffness_times for frames of the ERLS."""
+    """stiffness_times of the links, for frames of the ERLS."""
     link, element = chain.link, chain.element
     rows, d, force = work.node[TRIAL], work.node[DISPLACEMENT], work.force
     nodal_rates(chain, work, y, rows)
@@ -258,11 +266,3 @@ def stiffness_times_erls(chain, work, y, scale, out):
             stiffness_force(chain.dofs, e, d, rows, i, scale, force)
     out[:] = 0.0
     gather(chain, work, out)
-    for n in range(link.shape[0]):
-        if link[n, MOTOR] >= 0:
-            twist = y[link[n, Q]] - y[link[n, MOTOR]]
-            if link[n, PHI] >= 0:
-                twist += y[link[n, PHI]]
-                out[link[n, PHI]] += scale * chain.joint[n, SPRING] * twist
-            out[link[n, Q]] += scale * chain.joint[n, SPRING] * twist
-            out[link[n, MOTOR]] -= scale * chain.joint[n, SPRING] * twist

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .schema import Effects, Scene
+from .schema import HELD_BY_FRAMES, Effects, Scene
 from .torque_profile import torque_profile
 
 SAMPLES = 400  # of a run's tip
@@ -145,6 +145,9 @@ class Trial:
     def change(self, name: str) -> Change:
         """What switching one effect, or one link's flexibility, does."""
         on = is_on(self.scene, name)
+        if self.scene.formulation == "co_moving" and name in HELD_BY_FRAMES:
+            trouble = "can't be simulated: co-moving frames hold it by their geometry"
+            return Change(name, on, float("inf"), float("inf"), trouble)
         change, trouble = self.distance(with_effect(self.scene, name, not on))
         return Change(name, on, change, change / self.reach if self.reach > 0.0 else 0.0, trouble)
 

@@ -58,13 +58,15 @@ def nodal_rates_in(dofs, chain, work, y, rows):
 @kernel
 def accelerate(chain, work, v, a):
     """Motion of frames and nodes at rates v and accelerations a of the unknowns."""
-    accelerate_in(chain.dofs, chain, work, v, a)
+    accelerate_in(chain.co_moving, chain.dofs, chain, work, v, a)
 
 
 @kernel
-def accelerate_in(dofs, chain, work, v, a):
-    """`accelerate`, in the plane or in space."""
-    if len(dofs) == 3:
+def accelerate_in(co, dofs, chain, work, v, a):
+    """`accelerate`, with frames that follow the elements, or of the ERLS, in the plane or in space."""
+    if len(co) > 0:
+        co_moving.accelerate(chain, work, v, a)
+    elif len(dofs) == 3:
         planar_kinematics.accelerate(chain, work, v, a)
     else:
         spatial_kinematics.accelerate(chain, work, v, a)

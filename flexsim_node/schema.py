@@ -56,6 +56,8 @@ Name = Annotated[str, Field(min_length=1)]
 
 BASE = "base"  # the ground, as a link's parent
 
+HELD_BY_FRAMES = ("centrifugal", "coriolis")  # effects that co-moving frames hold by their geometry
+
 Switch = bool | Literal["auto"]  # auto: decided by what leaving it out changes at the tip (effects.py)
 
 
@@ -98,6 +100,12 @@ class Joint(_Part):
                 ("damping",),
                 f"is {self.damping:g} without a stiffness; give the spring between motor and link too,"
                 " or viscous_friction for the motor's losses",
+            )
+        if self.stiffness is not None and not self.actuated:
+            raise Misplaced(
+                ("stiffness",),
+                f"is {self.stiffness:g}, but the joint is passive (actuated: false): the spring would stand"
+                " between motor and link; leave it out",
             )
         if self.stiffness is not None and self.rotor_inertia == 0.0:
             raise Misplaced(
@@ -604,6 +612,17 @@ class Scene(_Part):
         own = self.reduction if link.reduction is None else link.reduction
         return own.modes if own and link.beam is not None and link.flexible else None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _all_that_can_be_open(cls, value: Any) -> Any:
+        if (
+            isinstance(value, dict)
+            and value.get("effects") == "auto"
+            and value.get("formulation") == "co_moving"
+        ):
+            return {**value, "effects": {n: n in HELD_BY_FRAMES or "auto" for n in Effects.model_fields}}
+        return value
+
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
         names = [link.name for link in self.links]
@@ -645,13 +664,6 @@ class Scene(_Part):
                 raise Misplaced(
                     ("initial", key), f"has {len(given)} values for {m} moving joints{those}; give {some}"
                 )
-        if self.loops:
-            for n, link in enumerate(self.links):
-                if link.joint.stiffness is not None and link.joint.type != "fixed":
-                    raise Misplaced(
-                        ("links", n, "joint", "stiffness"),
-                        f"is {link.joint.stiffness:g}, but with loops joints are stiff; leave it out",
-                    )
         for n, loop in enumerate(self.loops):
             for i, name in enumerate(loop.links):
                 if name not in (BASE, *names):
@@ -669,7 +681,7 @@ class Scene(_Part):
                     f"is {given}, but co-moving frames start at their links' roots;"
                     " give root or leave it out",
                 )
-            for name in ("centrifugal", "coriolis"):
+            for name in HELD_BY_FRAMES:
                 switch = getattr(self.effects, name)
                 if switch is not True:
                     raise Misplaced(
@@ -677,8 +689,8 @@ class Scene(_Part):
                         f"is {str(switch).lower()}, but co-moving frames hold it by their geometry;"
                         " leave it on, or give formulation: erls",
                     )
-            given = [(name,) for name in ("loops", "sensors", "reduction") if getattr(self, name)]
-            given += [("links", n, "reduction") for n, link in enumerate(self.links) if link.reduction]
+            given = [("links", n, "reduction") for n, link in enumerate(self.links) if link.reduction]
+            given = [("reduction",)] if self.reduction else given
             if given:
                 raise Misplaced(given[0], "takes formulation: erls; give that one, or leave it out")
         for n, zeroed in enumerate(self.erls.zeroed if isinstance(self.erls.zeroed, tuple) else ()):

@@ -150,6 +150,24 @@ def inertia_between(e, frame, rows, rates, accelerations, alpha, coriolis, spin,
 
 
 @kernel
+def take_part(e, frame, rows, rates, accelerations, setting, part, t, load, out):
+    """Take the inertia of an element, from its start to `part`, off the wrench out (6,) about the frame.
+
+    t is scratch (10, 6), load (9,).
+    """
+    alpha, coriolis, end = setting[ALPHA], setting[CORIOLIS] > 0.0, t[6]
+    load[:] = 0.0
+    inertia_between(e, frame, rows, rates, accelerations, alpha, coriolis, True, part, t, load)
+    interpolate(e, rows, part, end)  # inertia_between sums arms up to there
+    e0 = e[START] + part * e[LENGTH] + end[0]
+    out[3] -= load[6] + end[1] * load[2] - end[2] * load[1]
+    out[4] -= load[7] + end[2] * load[0] - e0 * load[2] + load[5]
+    out[5] -= load[8] + e0 * load[1] - end[1] * load[0] - load[4]
+    for p in range(3):
+        out[p] -= load[p]
+
+
+@kernel
 def towards_axis(frame, u, out):
     """Take omega x (omega x u), of an elastic displacement u (3,), off an acceleration."""
     w0, w1, w2 = frame[0], frame[1], frame[2]

@@ -81,6 +81,21 @@ def gather_as(dofs, chain, work, out):
 
 
 @kernel
+def gather_wrenches(chain, work, out):
+    """Add the wrenches on the sections alone, without the links' own forces, to those of the unknowns."""
+    gather_wrenches_as(chain.dofs, chain, work, out)
+
+
+@kernel
+def gather_wrenches_as(dofs, chain, work, out):
+    """gather_wrenches, the number of dofs an argument."""
+    if len(dofs) == 3:
+        plane.gather_wrenches(chain, work, out)
+    else:
+        space.gather_wrenches(chain, work, out)
+
+
+@kernel
 def stiffness_times(chain, work, y, scale, out):
     """scale * K y into out (n,), at the placed configuration."""
     stiffness_times_as(chain.dofs, chain, work, y, scale, out)

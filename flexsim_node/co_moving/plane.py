@@ -149,50 +149,77 @@ def body_forces(chain, work, n):
 
 
 @kernel
+def pass_on(index, work, i, x, y, moment, f0, f1, f2, out):
+    """Add to the unknowns' forces what the section at node i carries and element i's own (f0, f1, f2).
+
+    Section and element (x, y, moment about the carrier's origin) go on to the section before.
+    """
+    m, w, before = work.moving[i], work.section_wrench[i], work.section_wrench[i - 1]
+    moment += w[2] + m[REACH] * w[1]
+    p, q, r = index[i, 0], index[i, 1], index[i, 2]
+    if p >= 0:
+        out[p] += f0 + w[0]
+    if q >= 0:
+        out[q] += f1 + moment
+    if r >= 0:
+        out[r] += f2 + w[2]
+    x, y, c, s = w[0] + x, w[1] + y, m[ROTATION], m[ROTATION + 3]
+    before[0] += c * x - s * y
+    before[1] += s * x + c * y
+    before[2] += moment
+
+
+@kernel
+def pass_joint(chain, work, n, out):
+    """Add the wrench at link n's start to its joint's force and to the section that it sits on."""
+    link, joint = chain.link, chain.joint
+    parent, m, w = link[n, PARENT], work.moving[link[n, FIRST]], work.section_wrench[link[n, FIRST]]
+    if link[n, KIND] != FIXED:
+        out[link[n, Q]] += joint[n, AXIS + 2] * w[2]
+    if parent >= 0:
+        before = work.section_wrench[link[parent, FIRST] + link[parent, COUNT]]
+        c, s = m[ROTATION], m[ROTATION + 3]
+        before[0] += c * w[0] - s * w[1]
+        before[1] += s * w[0] + c * w[1]
+        before[2] += w[2]
+
+
+@kernel
+def gather_wrenches(chain, work, out):
+    """Add the wrenches on the sections alone, without the links' own forces, to the unknowns' forces."""
+    link = chain.link
+    for n in range(link.shape[0] - 1, -1, -1):
+        first = link[n, FIRST]
+        for i in range(first + link[n, COUNT], first, -1):
+            pass_on(chain.unknown, work, i, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, out)
+        pass_joint(chain, work, n, out)
+
+
+@kernel
 def gather(chain, work, out):
     """Add inertia, elastic and damping forces of the placed and moving chain to the unknowns' forces."""
-    link, joint, index = chain.link, chain.joint, chain.unknown
+    link, index = chain.link, chain.unknown
     beta = chain.setting[BETA]
     d, v, a, force = work.pair[0], work.pair[1], work.pair[2], work.pair[3]
     wrench = work.row[0, 0:3]
     for n in range(link.shape[0] - 1, -1, -1):
-        parent, first = link[n, PARENT], link[n, FIRST]
+        first = link[n, FIRST]
         if link[n, BODIES] > 0:
             body_forces(chain, work, n)
         for i in range(first + link[n, COUNT], first, -1):
             element = chain.element[link[n, FIRST_ELEMENT] + i - first - 1]
-            m, w, before = work.moving[i], work.section_wrench[i], work.section_wrench[i - 1]
             element_rows(work.node[DISPLACEMENT, i], d)
             element_rows(work.node[RATE, i], v)
             element_rows(work.node[ACCELERATION, i], a)
             force[:] = 0.0
             wrench[:] = 0.0
-            planar_beam.inertia_force(element, m, d, v, a, 1, 0.0, True, True, force, wrench)
+            planar_beam.inertia_force(element, work.moving[i], d, v, a, 1, 0.0, True, True, force, wrench)
             planar_beam.elastic_force(element, d, 1, force)
             if beta > 0.0:
                 planar_beam.stiffness_product(element, d, v, 1, beta, force)
-            # what the section carries acts on the node and, through the carrier, on what is before
-            moment = wrench[2] + w[2] + m[REACH] * w[1]
-            p, q, r = index[i, 0], index[i, 1], index[i, 2]
-            if p >= 0:
-                out[p] += force[1, 0] + w[0]
-            if q >= 0:
-                out[q] += moment - force[0, 2]
-            if r >= 0:
-                out[r] += force[1, 2] + w[2]
-            x, y, c, s = w[0] + wrench[0], w[1] + wrench[1], m[ROTATION], m[ROTATION + 3]
-            before[0] += c * x - s * y
-            before[1] += s * x + c * y
-            before[2] += moment
-        m, w = work.moving[first], work.section_wrench[first]
-        if link[n, KIND] != FIXED:
-            out[link[n, Q]] += joint[n, AXIS + 2] * w[2]
-        if parent >= 0:
-            before = work.section_wrench[link[parent, FIRST] + link[parent, COUNT]]
-            c, s = m[ROTATION], m[ROTATION + 3]
-            before[0] += c * w[0] - s * w[1]
-            before[1] += s * w[0] + c * w[1]
-            before[2] += w[2]
+            x, y, moment = wrench[0], wrench[1], wrench[2]
+            pass_on(index, work, i, x, y, moment, force[1, 0], -force[0, 2], force[1, 2], out)
+        pass_joint(chain, work, n, out)
 
 
 @kernel

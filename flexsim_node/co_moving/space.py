@@ -307,19 +307,94 @@ def body_forces(chain, work, n):
 
 
 @kernel
+def pass_on(index, work, i, wrench, own, out):
+    """Add to the unknowns' forces what the section at node i carries and element i's own forces (6,).
+
+    Section and element (wrench (6,) about the carrier's origin) go on to the section before.
+    """
+    m, w, before = work.moving[i], work.section_wrench[i], work.section_wrench[i - 1]
+    reach = m[REACH]
+    own[0] += w[0]
+    y0, y1, y2 = tangent(m, TURN + 3, SERIES + 4, -1.0, w[3], w[4], w[5])
+    own[3] += 0.5 * y0
+    own[4] += y1
+    own[5] += y2
+    x0, x1, x2 = wrench[0] + w[0], wrench[1] + w[1], wrench[2] + w[2]
+    z0, z1, z2 = wrench[3] + w[3], wrench[4] + w[4] - reach * w[2], wrench[5] + w[5] + reach * w[1]
+    y0, y1, y2 = tangent(m, TURN, SERIES, 1.0, z0, z1, z2)
+    own[3] += 0.5 * y0
+    own[2] += y1
+    own[1] += y2
+    for k in range(6):
+        p = index[i, k]
+        if p >= 0:
+            out[p] += own[k]
+    r = m[ROTATION : ROTATION + 9]
+    x0, x1, x2 = turned(r, x0, x1, x2)
+    z0, z1, z2 = turned(r, z0, z1, z2)
+    before[0] += x0
+    before[1] += x1
+    before[2] += x2
+    before[3] += z0
+    before[4] += z1
+    before[5] += z2
+
+
+@kernel
+def pass_joint(chain, work, n, out):
+    """Add the wrench at link n's start to its joint's force and to the section that it sits on."""
+    link, joint = chain.link, chain.joint
+    kind, parent = link[n, KIND], link[n, PARENT]
+    m, w = work.moving[link[n, FIRST]], work.section_wrench[link[n, FIRST]]
+    if kind != FIXED:
+        h = 3 if kind == REVOLUTE else 0
+        out[link[n, Q]] += (
+            joint[n, AXIS] * w[h] + joint[n, AXIS + 1] * w[h + 1] + joint[n, AXIS + 2] * w[h + 2]
+        )
+    if parent >= 0:
+        r = m[ROTATION : ROTATION + 9]
+        x0, x1, x2 = turned(r, w[0], w[1], w[2])
+        z0, z1, z2 = turned(r, w[3], w[4], w[5])
+        if kind == PRISMATIC:
+            l0, l1, l2 = m[LEAD], m[LEAD + 1], m[LEAD + 2]
+            z0 += l1 * x2 - l2 * x1
+            z1 += l2 * x0 - l0 * x2
+            z2 += l0 * x1 - l1 * x0
+        before = work.section_wrench[link[parent, FIRST] + link[parent, COUNT]]
+        before[0] += x0
+        before[1] += x1
+        before[2] += x2
+        before[3] += z0
+        before[4] += z1
+        before[5] += z2
+
+
+@kernel
+def gather_wrenches(chain, work, out):
+    """Add the wrenches on the sections alone, without the links' own forces, to the unknowns' forces."""
+    link, nothing, own = chain.link, work.row[0, 0:6], work.row[1, 0:6]
+    nothing[:] = 0.0
+    for n in range(link.shape[0] - 1, -1, -1):
+        first = link[n, FIRST]
+        for i in range(first + link[n, COUNT], first, -1):
+            own[:] = 0.0
+            pass_on(chain.unknown, work, i, nothing, own, out)
+        pass_joint(chain, work, n, out)
+
+
+@kernel
 def gather(chain, work, out):
     """Add inertia, elastic and damping forces of the placed and moving chain to the unknowns' forces."""
-    link, joint, index = chain.link, chain.joint, chain.unknown
+    link, index = chain.link, chain.unknown
     beta = chain.setting[BETA]
     d, v, a, force = work.pair[0], work.pair[1], work.pair[2], work.pair[3]
     wrench, own = work.row[0, 0:6], work.row[1, 0:6]
     for n in range(link.shape[0] - 1, -1, -1):
-        kind, parent, first = link[n, KIND], link[n, PARENT], link[n, FIRST]
+        first = link[n, FIRST]
         if link[n, BODIES] > 0:
             body_forces(chain, work, n)
         for i in range(first + link[n, COUNT], first, -1):
-            element = chain.element[link[n, FIRST_ELEMENT] + i - first - 1]
-            m, w, before = work.moving[i], work.section_wrench[i], work.section_wrench[i - 1]
+            element, m = chain.element[link[n, FIRST_ELEMENT] + i - first - 1], work.moving[i]
             element_rows(work.node[DISPLACEMENT, i], d)
             element_rows(work.node[RATE, i], v)
             element_rows(work.node[ACCELERATION, i], a)
@@ -329,55 +404,9 @@ def gather(chain, work, out):
             spatial_beam.elastic_force(element, d, 1, force)
             if beta > 0.0:
                 spatial_beam.stiffness_product(element, d, v, 1, beta, force)
-            # what the section carries acts on the node and, through the carrier, on what is before
-            reach = m[REACH]
             own_forces(force, own)
-            own[0] += w[0]
-            y0, y1, y2 = tangent(m, TURN + 3, SERIES + 4, -1.0, w[3], w[4], w[5])
-            own[3] += 0.5 * y0
-            own[4] += y1
-            own[5] += y2
-            x0, x1, x2 = wrench[0] + w[0], wrench[1] + w[1], wrench[2] + w[2]
-            z0, z1, z2 = wrench[3] + w[3], wrench[4] + w[4] - reach * w[2], wrench[5] + w[5] + reach * w[1]
-            y0, y1, y2 = tangent(m, TURN, SERIES, 1.0, z0, z1, z2)
-            own[3] += 0.5 * y0
-            own[2] += y1
-            own[1] += y2
-            for k in range(6):
-                p = index[i, k]
-                if p >= 0:
-                    out[p] += own[k]
-            r = m[ROTATION : ROTATION + 9]
-            x0, x1, x2 = turned(r, x0, x1, x2)
-            z0, z1, z2 = turned(r, z0, z1, z2)
-            before[0] += x0
-            before[1] += x1
-            before[2] += x2
-            before[3] += z0
-            before[4] += z1
-            before[5] += z2
-        m, w = work.moving[first], work.section_wrench[first]
-        if kind != FIXED:
-            h = 3 if kind == REVOLUTE else 0
-            out[link[n, Q]] += (
-                joint[n, AXIS] * w[h] + joint[n, AXIS + 1] * w[h + 1] + joint[n, AXIS + 2] * w[h + 2]
-            )
-        if parent >= 0:
-            r = m[ROTATION : ROTATION + 9]
-            x0, x1, x2 = turned(r, w[0], w[1], w[2])
-            z0, z1, z2 = turned(r, w[3], w[4], w[5])
-            if kind == PRISMATIC:
-                l0, l1, l2 = m[LEAD], m[LEAD + 1], m[LEAD + 2]
-                z0 += l1 * x2 - l2 * x1
-                z1 += l2 * x0 - l0 * x2
-                z2 += l0 * x1 - l1 * x0
-            before = work.section_wrench[link[parent, FIRST] + link[parent, COUNT]]
-            before[0] += x0
-            before[1] += x1
-            before[2] += x2
-            before[3] += z0
-            before[4] += z1
-            before[5] += z2
+            pass_on(index, work, i, wrench, own, out)
+        pass_joint(chain, work, n, out)
 
 
 @kernel

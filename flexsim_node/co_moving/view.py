@@ -190,7 +190,7 @@ def observe(chain, work, axes, position, rigid_position, displacement, pose):
         kind, parent, first = link[n, KIND], link[n, PARENT], link[n, FIRST]
         m, p = moving[first], pose[n]
         if parent >= 0:
-            section_pose(chain, work, parent, pose[parent], before, turn, here)
+            section_pose(chain, work, parent, pose[parent], before, here)
         else:
             for k in range(12):
                 before[k] = 1.0 if k == 3 or k == 7 or k == 11 else 0.0
@@ -220,21 +220,38 @@ def observe(chain, work, axes, position, rigid_position, displacement, pose):
 
 
 @kernel
-def section_pose(chain, work, n, pose, out, turn, here):
-    """Write where the section at link n's end is and how its carrier is turned, base frame, into out."""
-    link = chain.link
+def carrier_pose(chain, work, n, i, pose, out, here):
+    """Write origin and rotation (12,) of the carrier of link n's node i, base frame, into out.
+
+    pose (12,) is that of the link's start, here (9,) scratch.
+    """
     for k in range(12):
         out[k] = pose[k]
-    first = link[n, FIRST]
-    for i in range(first + 1, first + link[n, COUNT] + 1):
-        m = work.moving[i]
-        product(out[3:12], m[ROTATION : ROTATION + 9], here)
-        x, y, z = turned(here, m[REACH], m[REACH + 1], m[REACH + 2])
-        out[0] += x
-        out[1] += y
-        out[2] += z
+    first = chain.link[n, FIRST]
+    for p in range(first + 1, i + 1):
+        if p > first + 1:
+            go_on(work.moving[p - 1], out)
+        product(out[3:12], work.moving[p, ROTATION : ROTATION + 9], here)
         for k in range(9):
             out[3 + k] = here[k]
+
+
+@kernel
+def go_on(m, pose):
+    """Move a carrier's origin in pose (12,) to the section at its element's end; m is its row."""
+    x, y, z = turned(pose[3:12], m[REACH], m[REACH + 1], m[REACH + 2])
+    pose[0] += x
+    pose[1] += y
+    pose[2] += z
+
+
+@kernel
+def section_pose(chain, work, n, pose, out, here):
+    """Write where the section at link n's end is and how its carrier is turned, base frame, into out."""
+    end = chain.link[n, FIRST] + chain.link[n, COUNT]
+    carrier_pose(chain, work, n, end, pose, out, here)
+    if end > chain.link[n, FIRST]:
+        go_on(work.moving[end], out)
 
 
 @kernel

@@ -518,15 +518,11 @@ class IndependentChain:
         # equations that depend on each other, as in a planar loop in space, leave the accelerations unique
         return np.linalg.lstsq(matrix, np.concatenate([force - bias, -convective]), rcond=1e-14)[0][: len(z)]
 
-    def opening(self, z: np.ndarray, zd: np.ndarray) -> Moving:
-        """What the closing joints hold at zero, one joint after the other."""
+    def on_ends(self, z: np.ndarray, zd: np.ndarray):
+        """Function of (link's number, vector in its frame, whether a point) that rides on the link's end."""
         motion = self.motion(z, zd)
-        names = [link.name for link in self.scene.links]
 
-        def rides(link: str, vector, point: bool) -> Moving:
-            if link == "base":
-                return Moving(vector)
-            n = names.index(link)
+        def on_end(n: int, vector, point: bool) -> Moving:
             (_, along, axes, *_), (origin, basis, rows) = self.links[n], motion[n]
             inside = axes.T @ np.asarray(vector)
             u, r = rows[-1].value, rows[-1].rate
@@ -534,6 +530,16 @@ class IndependentChain:
             if not point:
                 return basis @ Moving(value, rate)
             return origin + basis @ Moving(value + axes.T @ along + u[:3], rate + r[:3])
+
+        return on_end
+
+    def opening(self, z: np.ndarray, zd: np.ndarray) -> Moving:
+        """What the closing joints hold at zero, one joint after the other."""
+        on_end = self.on_ends(z, zd)
+        names = [link.name for link in self.scene.links]
+
+        def rides(link: str, vector, point: bool) -> Moving:
+            return Moving(vector) if link == "base" else on_end(names.index(link), vector, point)
 
         def product(a: Moving, b: Moving) -> tuple:
             return a.value @ b.value, a.rate @ b.value + a.value @ b.rate

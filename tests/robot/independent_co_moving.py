@@ -44,9 +44,14 @@ class IndependentCoMoving(IndependentChain):
 
     def motion(self, z: np.ndarray, zd: np.ndarray) -> list:
         """(part, origin, basis, rows (12,)) of every element and body, each but the part Moving."""
-        origin, section = Moving(np.zeros(3)), Moving(np.eye(3))  # section: as a link's frame, not its beam's
+        return self.walk(z, zd)[0]
+
+    def walk(self, z: np.ndarray, zd: np.ndarray) -> tuple[list, dict]:
+        """`motion`, and where each link's end is (-1 the base), turned as its frame, not as its beam."""
+        ends = {-1: (Moving(np.zeros(3)), Moving(np.eye(3)))}
         k, out = 0, []
-        for link, _, axes, step, _, nodes, elements, bodies in self.links:
+        for n, (link, _, axes, step, _, nodes, elements, bodies) in enumerate(self.links):
+            origin, section = ends[self.scene.parents[n]]
             q = qd = 0.0
             if link.joint.type != "fixed":
                 q, qd, k = z[k], zd[k], k + 1
@@ -58,8 +63,8 @@ class IndependentCoMoving(IndependentChain):
             basis = section @ Moving(rotation_x(link.dh.alpha) @ axes)
             for i, (place, *_) in enumerate(nodes):
                 y, yd = np.zeros(6, dtype=complex), np.zeros(6, dtype=complex)
-                for j, n in place.items():
-                    y[j], yd[j] = z[n], zd[n]
+                for j, p in place.items():
+                    y[j], yd[j] = z[p], zd[p]
                 # stretch, chord about y and z from the start, twist, end about y and z from the chord
                 to_chord = [np.array([0.5 * w[3], w[2], w[1]]) for w in (y, yd)]
                 to_end = [np.array([0.5 * w[3], w[4], w[5]]) for w in (y, yd)]
@@ -74,8 +79,18 @@ class IndependentCoMoving(IndependentChain):
                 origin = origin + basis @ Moving(np.array([step, 0.0, 0.0]) + stretch[0], stretch[1])
                 basis = basis @ exponential(*to_end)
             out += [(body, origin, basis, Moving(np.zeros(12), np.zeros(12))) for body in bodies]
-            section = basis @ Moving(axes.T)
-        return out
+            ends[n] = origin, basis @ Moving(axes.T)
+        return out, ends
+
+    def on_ends(self, z: np.ndarray, zd: np.ndarray):
+        """independent_chain.py's, on the rigid sections there."""
+        _, ends = self.walk(z, zd)
+
+        def on_end(n: int, vector, point: bool) -> Moving:
+            origin, section = ends[n]
+            return origin + section @ Moving(vector) if point else section @ Moving(vector)
+
+        return on_end
 
     def pieces(self, motion: list):
         """(element or body, origin, basis, rows (12,)) one after the other."""
@@ -90,6 +105,7 @@ class IndependentCoMoving(IndependentChain):
         alpha, beta = self.damping
         elastic = np.array(zd)
         elastic[: self.joints] = 0.0
+        elastic[[at for at in self.motor if at is not None]] = 0.0
         points, strain = self.velocities(z, elastic).real, self.strain(z, zd).rate.real
         force = np.zeros(self.unknowns)
         for k, unit in enumerate(np.eye(self.unknowns)):

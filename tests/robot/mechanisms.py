@@ -140,3 +140,17 @@ def crank_motion(mechanism, start: float, speed: float, torque: float, times: np
         return w, (torque - bias) / mechanism.inertia(theta)
 
     return solve_ivp(rate, (0.0, times[-1]), [start, speed], "DOP853", t_eval=times, rtol=1e-11, atol=1e-12).y
+
+
+def sprung_crank_motion(mechanism, start, speed, torque, spring, rotor, times) -> np.ndarray:
+    """(4, K) angles and rates of crank and motor, which a spring (stiffness, damping) joins."""
+    stiffness, damping = spring
+
+    def rate(_, y):
+        theta, w, motor, turn = y
+        twist = stiffness * (motor - theta) + damping * (turn - w)
+        bias = 0.5 * slope(mechanism.inertia, theta) * w * w + slope(mechanism.height, theta)
+        return w, (twist - bias) / mechanism.inertia(theta), turn, (torque - twist) / rotor
+
+    begin = [start, speed, start, speed]
+    return solve_ivp(rate, (0.0, times[-1]), begin, "DOP853", t_eval=times, rtol=1e-11, atol=1e-12).y

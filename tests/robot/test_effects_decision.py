@@ -155,3 +155,16 @@ def test_a_scene_that_does_not_run_is_said():
     scene = scene_of(1e-4, solver={"method": "runge_kutta_4", "step": 1e-3})
     with pytest.raises(ArithmeticError, match="the run that effects are judged by stopped at"):
         resolve_effects(scene)
+
+
+def test_what_co_moving_frames_hold_is_not_switched():
+    """Nobody is told that their centrifugal and Coriolis forces could go; `auto` leaves the others open."""
+    scene = scene_of(1e-2, formulation="co_moving", duration=0.02)
+    assert "coriolis" not in scene.effects.undecided
+    assert "bending_z" in scene.effects.undecided
+    change = Trial(full(scene)).change("coriolis")
+    assert "hold it by their geometry" in change.trouble
+    assert change.change == np.inf
+    decided = resolve_effects(scene).scene.effects
+    assert decided.coriolis is True
+    assert decided.centrifugal is True

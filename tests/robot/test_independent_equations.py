@@ -150,6 +150,15 @@ def springs(**keys):
     return scene
 
 
+def springs_in_loops(scene, *names):
+    """The scene with springs behind the motors of some of its links."""
+    motor = {"rotor_inertia": 3e-4, "gear_ratio": 20.0, "stiffness": 900.0, "damping": 1.5}
+    for part in scene["links"]:
+        if part["name"] in names:
+            part["joint"] = {**part.get("joint", {}), **motor}
+    return scene
+
+
 SCENES = {
     "planar": two_link(damping={"alpha": 2.0, "beta": 5e-4}),
     "planar payload": robot(
@@ -192,9 +201,13 @@ SCENES = {
     "loops, slot": closed("slot"),
     "planar loops": planar_closed(),
     "springs": springs(),
+    "springs, loops": springs_in_loops(closed("universal"), "trunk", "slide"),
+    "springs, planar loops": springs_in_loops(planar_closed(), "trunk", "other"),
     "springs, off": springs(effects={"joint_elasticity": False}),
     "springs, no rotors": springs(effects={"rotor_inertia": False}),
     "losses": losses(),
+    "losses, loops": closed("universal", damping={"alpha": 30.0, "beta": 1e-3}),
+    "losses, planar loops": planar_closed(damping={"alpha": 30.0, "beta": 1e-3}),
     "losses, points": losses(effects={"rotary_inertia": False}),
 }
 

@@ -96,6 +96,7 @@ def test_spring_is_left_out_when_its_effect_is_off():
     [
         ({"stiffness": 100.0}, "give its rotor_inertia"),
         ({"damping": 1.0}, "without a stiffness"),
+        ({"stiffness": 100.0, "rotor_inertia": 0.1, "actuated": False}, "the joint is passive"),
         ({"stiffness": 0.0, "rotor_inertia": 0.1}, "more than 0"),
     ],
 )

@@ -19,6 +19,9 @@ FRACTIONS = np.linspace(0.0, 1.0, 9)
 ROOT = {"zeroed": "root"}
 
 
+BOTH = pytest.mark.parametrize("formulation", ["erls", "co_moving"])
+
+
 def at_rest(scene: dict, position: list[float]) -> dict[str, np.ndarray]:
     """Readings of a robot that is held still."""
     model = build_model(load_scene(scene))
@@ -37,27 +40,31 @@ def along(kind: str, **keys) -> list[dict]:
     ]
 
 
+@BOTH
 @pytest.mark.parametrize("effects", [{}, {"bending_z": False, "axial": False}, {"shear": True}])
-def test_cantilever_under_its_own_weight(effects):
+def test_cantilever_under_its_own_weight(effects, formulation):
     """M = -mu g (L - x)^2 / 2 and Q = -mu g (L - x) at every station, with one element, whatever bends."""
     sensors = along("section_force") + along("strain_gauge", side="+y")
     scene = robot(
         link("beam", {"a": LENGTH}, 0.01, 0.03, beam={"elements": 1}),
-        gravity=[0.0, -G, 0.0], effects=effects, sensors=sensors, erls=ROOT,
+        gravity=[0.0, -G, 0.0], effects=effects, sensors=sensors, erls=ROOT, formulation=formulation,
     )  # fmt: skip
     found = at_rest(scene, [0.0])
     force = np.array([found[f"section_force_{k}"] for k in range(9)])
     rest = LENGTH * (1.0 - FRACTIONS)
-    assert np.allclose(force[:, 5], -LINE * G * rest**2 / 2, atol=1e-9)
+    # co-moving elements are in equilibrium as they are bent, here by 1e-3 rad
+    bent = 1e-6 * LINE * G if formulation == "co_moving" else 0.0
+    assert np.allclose(force[:, 5], -LINE * G * rest**2 / 2, atol=1e-9 + bent * LENGTH**2 / 2)
     # the section turns with the beam; the shear force is the weight's part across it
-    assert np.allclose(force[:, 1], -LINE * G * rest, rtol=2e-5, atol=1e-9)
+    assert np.allclose(force[:, 1], -LINE * G * rest, rtol=2e-5, atol=1e-9 + bent * LENGTH)
     strain = np.array([found[f"strain_gauge_{k}"][0] for k in range(9)])
     bending = E * 0.03 * 0.01**3 / 12
     right = 0.005 * LINE * G * rest**2 / 2 / bending if effects.get("bending_z", True) else 0.0 * rest
     assert np.allclose(strain, right, rtol=1e-4, atol=1e-9)
 
 
-def test_rod_that_hangs():
+@BOTH
+def test_rod_that_hangs(formulation):
     """Tension mu g (L - x) and m g of a mass at its end; gauges all round read the same strain."""
     sensors = along("section_force") + [
         {"name": name, "type": "strain_gauge", "at": 0.2, "side": side}
@@ -65,7 +72,7 @@ def test_rod_that_hangs():
     ]
     scene = robot(
         link("beam", {"a": LENGTH}, 0.01, 0.03, payload={"mass": 2.0}),
-        gravity=[0.0, -G, 0.0], sensors=sensors,
+        gravity=[0.0, -G, 0.0], sensors=sensors, formulation=formulation,
     )  # fmt: skip
     found = at_rest(scene, [-np.pi / 2])
     tension = LINE * G * LENGTH * (1.0 - FRACTIONS) + 2.0 * G
@@ -75,7 +82,8 @@ def test_rod_that_hangs():
         assert found[name][0] == pytest.approx(strain, rel=1e-6)
 
 
-def test_gauges_on_four_sides():
+@BOTH
+def test_gauges_on_four_sides(formulation):
     """Bending about z strains +y and -y oppositely; about y, +z and -z; torsion strains none."""
     places = {"+y": [0.005, 0.0], "-y": [-0.005, 0.0], "+z": [0.0, 0.015], "-z": [0.0, -0.015]}
     sensors = [
@@ -89,7 +97,7 @@ def test_gauges_on_four_sides():
     payload = {"mass": 1.0, "center_of_mass": [0.0, 0.1, 0.0]}
     scene = robot(
         link("beam", {"a": LENGTH}, 0.01, 0.03, payload=payload, beam={"density": 10.1}),
-        gravity=[0.0, -3.0, -5.0], sensors=sensors,
+        gravity=[0.0, -3.0, -5.0], sensors=sensors, formulation=formulation,
     )  # fmt: skip
     found = at_rest(scene, [0.0])
     arm = 0.75 * LENGTH
@@ -100,7 +108,8 @@ def test_gauges_on_four_sides():
     assert np.allclose(readings, [found[f"p{k}"][0] for k in range(4)], rtol=1e-12)
 
 
-def test_rod_that_spins():
+@BOTH
+def test_rod_that_spins(formulation):
     """N = mu w^2 (L^2 - x^2) / 2 + m w^2 L; the tip is accelerated by w^2 L towards the axis."""
     sensors = [
         *along("section_force"),
@@ -108,8 +117,8 @@ def test_rod_that_spins():
         {"name": "middle", "type": "imu", "at": 0.25},
     ]
     beam = link("beam", {"a": LENGTH}, 0.01, 0.03, payload={"mass": 2.0}, flexible=False)
-    scene = load_scene(robot(beam, effects={"gravity": False}, sensors=sensors, initial={"velocity": [7.0]}))
-    readings = Simulation(scene).sense()
+    scene = robot(beam, effects={"gravity": False}, sensors=sensors, initial={"velocity": [7.0]})
+    readings = Simulation(load_scene(scene, {"formulation": formulation})).sense()
     right = LINE * 49 * (LENGTH**2 - (LENGTH * FRACTIONS) ** 2) / 2 + 2.0 * 49 * LENGTH
     assert np.allclose([readings[f"section_force_{k}"][0] for k in range(9)], right, rtol=1e-6)
     assert np.allclose(readings["imu"][:3], [0, 0, 7.0])
@@ -117,12 +126,13 @@ def test_rod_that_spins():
     assert np.allclose(readings["middle"][3:6], [-49 * 0.25, 0, 0], atol=1e-9)
 
 
-def test_specific_force_of_a_pendulum():
+@BOTH
+def test_specific_force_of_a_pendulum(formulation):
     """Let go from horizontal, a rod's end feels half of g downwards, g - 3/2 g; held, all of it."""
     sensors = [{"name": "imu", "type": "imu"}, {"name": "tip", "type": "pose"}]
     rod = link("rod", {"a": LENGTH}, 0.01, 0.03, flexible=False)
-    scene = load_scene(robot(rod, gravity=[0.0, -G, 0.0], effects={"rotary_inertia": False}, sensors=sensors))
-    run = simulate(scene, duration=0.3)
+    scene = robot(rod, gravity=[0.0, -G, 0.0], effects={"rotary_inertia": False}, sensors=sensors)
+    run = simulate(load_scene(scene, {"formulation": formulation}), duration=0.3)
     assert np.allclose(run.sensors["imu"][0, 3:6], [0.0, -0.5 * G, 0.0], atol=1e-9)
     angle, rate = run.joint_position[:, 0], run.joint_velocity[:, 0]
     imu = run.sensors["imu"]
@@ -136,13 +146,14 @@ def test_specific_force_of_a_pendulum():
     assert np.allclose(imu[:, 6:], half, atol=1e-12)
 
 
+@BOTH
 @pytest.mark.parametrize("method", ["rosenbrock_w", "generalized_alpha"])
-def test_imu_equals_differences_of_the_pose(method):
+def test_imu_equals_differences_of_the_pose(method, formulation):
     """Angular velocity and specific force of a swinging spatial arm are those of its tip's path."""
     scene = anthropomorphic(
         sensors=[{"name": "imu", "type": "imu"}, {"name": "tip", "type": "pose"}],
         damping={"alpha": 0.1, "beta": 1e-3}, initial={"position": [0.2, 0.4, -0.9], "shape": "static"},
-        solver={"step": 2e-4, "method": method}, erls=ROOT,
+        solver={"step": 2e-4, "method": method}, erls=ROOT, formulation=formulation,
     )  # fmt: skip
     rest = static_equilibrium(load_scene(scene), [0.2, 0.4, -0.9]).torque
     run = simulate(
@@ -180,9 +191,18 @@ def rotation(q: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "effects", [{}, {"shear": True}, {"rotary_inertia": False}, {"centrifugal": False}, {"coriolis": False}]
+    ("effects", "formulation"),
+    [
+        ({}, "erls"),
+        ({"shear": True}, "erls"),
+        ({"rotary_inertia": False}, "erls"),
+        ({"centrifugal": False}, "erls"),
+        ({"coriolis": False}, "erls"),
+        ({}, "co_moving"),
+        ({"shear": True, "rotary_inertia": False}, "co_moving"),
+    ],
 )
-def test_section_forces_equal_the_equilibrium_of_the_part_beyond(effects):
+def test_section_forces_equal_the_equilibrium_of_the_part_beyond(effects, formulation):
     """In any motion what strains and the element's load say equals the inertia of all that is beyond.
 
     They are two roads to the same six figures; they differ by the elastic rotation, here 3e-4 rad.
@@ -193,7 +213,10 @@ def test_section_forces_equal_the_equilibrium_of_the_part_beyond(effects):
         for name in ("link_1", "link_2", "link_3")
         for k, f in enumerate(places)
     ]
-    scene = anthropomorphic(sensors=sensors, effects=effects, erls=ROOT, damping={"alpha": 0.3, "beta": 1e-4})
+    damping = {"alpha": 0.3, "beta": 1e-4}
+    scene = anthropomorphic(
+        sensors=sensors, effects=effects, erls=ROOT, damping=damping, formulation=formulation
+    )
     inertia = [[1e-3, 0, 0], [0, 2e-3, 0], [0, 0, 2e-3]]
     scene["links"][2]["payload"] = {"mass": 0.5, "center_of_mass": [0.02, 0.01, 0.03], "inertia": inertia}
     for part in scene["links"]:
@@ -217,11 +240,12 @@ def test_section_forces_equal_the_equilibrium_of_the_part_beyond(effects):
     force, moment = np.max(np.abs(two[:, :3])), np.max(np.abs(two[:, 3:]))
     assert np.max(np.abs(one[:, :3] - two[:, :3])) < 2 * turned * force
     bound = 2 * turned * (moment + LENGTH * force)
-    assert bound < 5e-3 * moment
+    assert bound < 6e-3 * moment
     assert np.max(np.abs(one[:, 3:] - two[:, 3:])) < bound
 
 
-def test_linear_model_of_sensors():
+@BOTH
+def test_linear_model_of_sensors(formulation):
     """The step response of a gauge, an IMU and a section's moment equals the simulation's within 0.1 %."""
     sensors = [
         {"name": "gauge", "type": "strain_gauge", "link": "link_1", "fraction": 0.3, "side": "+y"},
@@ -232,7 +256,7 @@ def test_linear_model_of_sensors():
     scene = load_scene(
         two_link(
             sensors=sensors, damping={"alpha": 0.5, "beta": 1e-3}, solver={"step": 5e-5},
-            initial={"position": pose, "shape": "static"}, erls=ROOT,
+            initial={"position": pose, "shape": "static"}, erls=ROOT, formulation=formulation,
         )
     )  # fmt: skip
     model = linearize(scene, pose, ["gauge", "force", "imu"])

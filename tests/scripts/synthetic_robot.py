@@ -21,9 +21,7 @@ JOINTS = ["joint_1", "joint_2", "joint_3"]
 
 def shape(t: np.ndarray, nodes_per_link: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return joint angles (K, 3), rigid and deformed node positions (K, N, 3) at times t (K,)."""
-    q = np.stack(
-        [0.9 * np.sin(1.1 * t), 0.7 + 0.5 * np.sin(1.7 * t), -0.9 + 0.6 * np.sin(2.3 * t)], axis=1
-    )
+    q = np.stack([0.9 * np.sin(1.1 * t), 0.7 + 0.5 * np.sin(1.7 * t), -0.9 + 0.6 * np.sin(2.3 * t)], axis=1)
     ring = np.exp(-0.3 * t) * np.sin(2 * np.pi * 6.0 * t)
     radial = np.stack([np.cos(q[:, 0]), np.sin(q[:, 0]), np.zeros_like(t)], axis=1)
     up = np.array([0.0, 0.0, 1.0])
@@ -51,9 +49,7 @@ def main() -> None:
     parser.add_argument("messages", type=int)
     parser.add_argument("rate", type=float)
     parser.add_argument("--nodes-per-link", type=int, default=3)
-    parser.add_argument(
-        "--for-view", action="store_true", help="states are all that is listened to"
-    )
+    parser.add_argument("--for-view", action="store_true", help="states are all that is listened to")
     arguments = parser.parse_args()
     messages, rate, nodes_per_link = arguments.messages, arguments.rate, arguments.nodes_per_link
     import rclpy
@@ -82,9 +78,7 @@ def main() -> None:
 
     layout = ElasticLayout(link_names=["link_1", "link_2", "link_3"])
     layout.header.frame_id = "base"
-    layout.node_names = [
-        f"link_{1 + i // nodes_per_link}/{i % nodes_per_link}" for i in range(nodes)
-    ]
+    layout.node_names = [f"link_{1 + i // nodes_per_link}/{i % nodes_per_link}" for i in range(nodes)]
     layout.node_link = [i // nodes_per_link for i in range(nodes)]
     first = [i for i in range(nodes) if (i + 1) % nodes_per_link]
     layout.segments = [n for i in first for n in (i, i + 1)]
@@ -120,9 +114,7 @@ def main() -> None:
             time.sleep(wait)
         joints.publish(joint_bytes)
         states.publish(state_bytes)
-    diagnostics.publish(
-        DiagnosticArray(status=[DiagnosticStatus(name="robot: last", message="end")])
-    )
+    diagnostics.publish(DiagnosticArray(status=[DiagnosticStatus(name="robot: last", message="end")]))
     for publisher in (joints, states, diagnostics):
         publisher.wait_for_all_acked(Duration(seconds=10))
     print("published", flush=True)

@@ -173,11 +173,9 @@ def test_the_grid_has_what_the_scene_offers() -> None:
 
 
 def test_formulations_and_reductions_that_a_scene_refuses_are_named_once() -> None:
-    """A loop takes no co-moving frames, these take no reduction; the reason stands beside the point."""
+    """Co-moving frames take no reduction, and none of chords; the reason stands beside the point."""
     for path, given, curve, said in (
-        (CONFIG / "four_bar.yaml", {}, "co_moving", "loops: takes formulation: erls"),
         (PLANAR, {"formulation": "co_moving"}, "reduced links", "reduction: takes formulation: erls"),
-        (PLANAR, {"sensors": [{"name": "tip", "type": "imu"}]}, "co_moving", "sensors: takes formulation"),
     ):
         study = RobotStudy(str(path), given, 0.1, {}, {})
         points = [p for p in study.points() if p.curve.startswith(curve)]

@@ -17,9 +17,7 @@ def burnt():
 
 
 def shape(burnt, kind, modulus, minute):
-    scene = load_scene(
-        door(deformation={"model": kind}), {"materials.rock_wool.youngs_modulus": modulus}
-    )
+    scene = load_scene(door(deformation={"model": kind}), {"materials.rock_wool.youngs_modulus": modulus})
     deformation = Deformation(door_model(scene))
     deformation.solve(burnt.temperature[minute // 10])
     corner = deformation.displacement_at(FREE_CORNER)[0, 2]
