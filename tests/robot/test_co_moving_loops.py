@@ -48,7 +48,8 @@ def test_stiff_robots_alike(name, bound):
     for formulation in ("erls", "co_moving"):
         scene = load_scene(CONFIG / f"{name}.yaml", {"formulation": formulation, "solver.step": 2e-4})
         actuated = np.array([joint.actuated for joint in scene.joints])
-        run = simulate(scene, lambda t: 0.3 * np.sin(40 * t) * actuated, duration=0.04, sample_period=2e-3)
+        push = 0.3 * actuated
+        run = simulate(scene, lambda t, push=push: np.sin(40 * t) * push, duration=0.04, sample_period=2e-3)
         assert run.status == "ok"
         assert np.max(run.loop_gap) < GAP
         ends.append(run.link_end)
