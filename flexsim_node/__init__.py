@@ -1,5 +1,6 @@
 """The flexible robot: scene -> model -> equations -> integrators -> simulate."""
 
+from . import kept_kernels  # noqa: F401  before any kernel is loaded
 from .effects import Decision, resolve_effects
 from .linearization import LinearModel, linearize
 from .modes import Modes, mode_shapes, natural_frequencies

@@ -9,10 +9,7 @@ so their sums round differently, and the same run would differ in its last bits 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from contextlib import suppress
-from pathlib import Path
 from typing import Any, cast
 
 import llvmlite.binding as llvm
@@ -114,24 +111,3 @@ def entry(function: Any, *arguments: Any) -> Callable[..., Any]:
         return cast(Callable[..., Any], function)
     compiled: Callable[..., Any] = function.compile(tuple(typeof(x) for x in arguments))
     return compiled
-
-
-def forget_stale_kernels(package: Path) -> None:
-    """Remove compiled kernels that are older than any source of kernels in the package.
-
-    numba looks only at the file of the function itself, not at those of the functions that it calls.
-    """
-    compiled = [*package.rglob("*.nbi"), *package.rglob("*.nbc")]  # in the __pycache__ beside each source
-    if not compiled:
-        return
-    compiles = re.compile(r"from \.+kernel import|NamedTuple|intrinsic")  # kernels, their arrays and own code
-    newest = max(
-        path.stat().st_mtime for path in package.rglob("*.py") if compiles.search(path.read_text("utf-8"))
-    )
-    for path in compiled:
-        with suppress(FileNotFoundError):  # another process that starts now removes them too
-            if path.stat().st_mtime < newest:
-                path.unlink()
-
-
-forget_stale_kernels(Path(__file__).parent)

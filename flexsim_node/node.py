@@ -52,6 +52,8 @@ QUEUE = QoSProfile(depth=10)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Jazzy's EventsExecutor does nothing when it waits without end.
 SPIN_PERIOD = 0.1
+# s for answers that came when the loop ended.
+LAST_ANSWERS = 0.01
 # s within which a thread that wants Python's lock gets it: the stepping thread has deadlines.
 SWITCH_INTERVAL = 2e-4
 # s in which the stepping thread comes to the end of a tick.
@@ -62,7 +64,13 @@ class FlexsimNode(Node):
     """Connects a stepping loop to its topics and services; raises SettingError or SceneError."""
 
     def __init__(self) -> None:
-        super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
+        try:
+            super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
+        except ValueError:  # rclpy knows no such value
+            raise SettingError(
+                "a parameter is nothing, or an empty list; give it a value,"
+                " text in quotes of its own: -p \"faults:='[]'\""
+            ) from None
         self.settings = self._read_parameters()
         self._plain_scene = load_steady(self.settings)
         self.scene = with_faults(self._plain_scene, self.settings.faults)
@@ -308,6 +316,7 @@ def run(node: FlexsimNode, asked: list[int]) -> int:
             node.troubles += bool(spin_through(node, executor, SPIN_PERIOD))
     finally:
         node.loop.stop()
+        spin_through(node, executor, LAST_ANSWERS)
         node.publish_diagnostics(last=True)
         node.simulation.close()
         executor.shutdown()

@@ -233,12 +233,13 @@ class Loop:
 
     def _rouse(self) -> None:
         self._wake.set()
-        self._queue.put(None)
+        if self.mode == "lockstep" and self._queue.empty():  # only then may someone wait for it
+            self._queue.put(None)
 
     def _set_paused(self, paused: bool) -> None:
         self._end_job()
         # A control period that has begun is ended, so that steps are whole ones.
-        while self._index % self.period and self.robot.status == OK:
+        while self._index % self.period and self.robot.status == OK and not self._stop.is_set():
             self._tick(self._command())
         self._paused = paused
 

@@ -25,6 +25,7 @@ CHANGEABLE = (
 # Ticks shorter than this would spend the processor on waking up: there, several steps share one.
 SHORTEST_TICK = 0.5e-3
 SLOWEST = 1e-6  # Hz
+SLOWEST_CONTROL, FASTEST_CONTROL = 0.1, 1e5  # Hz; a control period is taken whole
 WHOLE = 1e-6  # how far a period may be from a whole number of steps
 
 
@@ -133,8 +134,8 @@ def schedule(given: Settings, step: float, tick: int | None = None) -> Schedule:
     SettingError
         where a rate can't be kept with whole steps
     """
-    if not (math.isfinite(given.rate) and SLOWEST <= given.rate <= 1e5):
-        raise SettingError(f"rate is {given.rate}; give Hz, more than zero")
+    if not SLOWEST_CONTROL <= given.rate <= FASTEST_CONTROL:
+        raise SettingError(f"rate is {given.rate}; give {SLOWEST_CONTROL:g} to {FASTEST_CONTROL:g} Hz")
     period = 1.0 / given.rate
     whole = max(1, math.ceil(period / step - 1e-9))
     step = period / whole
@@ -171,5 +172,6 @@ def _tick(mode: str, step: float, periods: Mapping[str, int]) -> int:
     if mode == "lockstep":
         return periods["rate"]  # one command, one control period
     common = reduce(math.gcd, periods.values())
-    divisors = [k for k in range(1, common + 1) if common % k == 0]
+    small = [k for k in range(1, math.isqrt(common) + 1) if common % k == 0]
+    divisors = sorted({*small, *(common // k for k in small)})
     return next((k for k in divisors if k * step >= SHORTEST_TICK * (1.0 - WHOLE)), common)

@@ -1,8 +1,49 @@
-"""Kernels that numba keeps compiled on disk, and when they are too old to be used."""
+"""Kernels that numba keeps compiled on disk: where, when they are too old, and what a bad disk costs."""
 
 from __future__ import annotations
 
+import atexit
+import pickle
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
+
+from numba import config, njit
+from numba.core.caching import Cache
+
+
+@contextmanager
+def go_on_without(cache: Any) -> Iterator[None]:
+    """A full disk, or a file that a power cut left torn, costs a compilation and no more."""
+    try:
+        yield
+    except OSError:
+        pass
+    except (EOFError, pickle.UnpicklingError):
+        with suppress(OSError):
+            Path(cache._cache_file._index_path).unlink()
+
+
+Cache._guard_against_spurious_io_errors = go_on_without
+
+
+def nothing() -> None:
+    """A function that could be kept where this file's are."""
+
+
+def find_room(function: Callable[[], None]) -> None:
+    """Keep kernels for as long as this process lasts, where neither package nor home can be written.
+
+    numba would end the process.  The folder is this process's alone: kept kernels are code that is run.
+    """
+    try:
+        njit(cache=True)(function)
+    except RuntimeError:
+        config.CACHE_DIR = tempfile.mkdtemp(prefix="kernels-")
+        atexit.register(shutil.rmtree, config.CACHE_DIR, ignore_errors=True)
 
 
 def forget_stale_kernels(package: Path) -> None:
@@ -19,7 +60,10 @@ def forget_stale_kernels(package: Path) -> None:
         return
     if stale:
         for path in kept:
-            path.unlink(missing_ok=True)
+            with suppress(OSError):  # who may not remove them uses others
+                path.unlink()
 
 
+if not config.DISABLE_JIT:
+    find_room(nothing)
 forget_stale_kernels(Path(__file__).parent)

@@ -48,13 +48,20 @@ NAME = "thermal_node"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 QUEUE = QoSProfile(depth=10)
 SPIN_PERIOD = 0.1
+# s for answers that came when the loop ended.
+LAST_ANSWERS = 0.01
 
 
 class ThermalNode(Node):
     """Connects a marching loop to its topics; raises SettingError or SceneError."""
 
     def __init__(self) -> None:
-        super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
+        try:
+            super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
+        except ValueError:  # rclpy knows no such value
+            raise SettingError(
+                "a parameter is nothing, or an empty list; give it a value"
+            ) from None
         given = self.settings = self._read_parameters()
         scene = load_burning(given)
         begun = time.monotonic()
@@ -225,6 +232,7 @@ def run(node: ThermalNode, asked: list[int]) -> int:
             node.troubles += bool(spin_through(node, executor, SPIN_PERIOD))
     finally:
         node.loop.stop()
+        spin_through(node, executor, LAST_ANSWERS)
         node.publish_diagnostics(last=True)
         node.simulation.close()
         executor.shutdown()

@@ -48,12 +48,18 @@ def run_node(
     build : makes the node; a signal ends the process on the spot as long as it does
     run : gets the node and a list, which is not empty from a signal on; returns the exit code
     failures : what `build` may raise, and its exit code; said in one line
+
+    Returns 2 where ROS does not take the command line, or finds no place for its log.
     """
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     handle_signals(signal.default_int_handler)
     node = None
     try:
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        try:
+            rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        except Exception as problem:
+            print(f"{name}: ROS does not start: {' '.join(str(problem).split())}", file=sys.stderr)
+            return 2
         node = build()
         asked: list[int] = []
         handle_signals(lambda number, _: asked.append(number))

@@ -158,11 +158,17 @@ class SimulationServices:
         send = service.send_response
 
         def answer(response: Any, header: Any) -> None:
-            # An answer that takes time comes from the stepping thread, so that the node hears on.
+            # An answer that takes time comes when it is there, so that the node hears on.  It is not sent
+            # from the stepping thread, which would wait for a client that is gone.
             if isinstance(response, Future):
-                response.add_done_callback(lambda done: send(done.result(), header))
+                response.add_done_callback(lambda done: later(send, done.result(), header))
             else:
                 send(response, header)
+
+        def later(*words: Any) -> None:
+            executor = self.node.executor
+            if executor is not None:  # else the process has ended
+                executor.create_task(*words)
 
         service.send_response = answer  # type: ignore[method-assign]
 
