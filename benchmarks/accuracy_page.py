@@ -26,8 +26,14 @@ from peers_robot import matched
 ROOT = Path(__file__).resolve().parents[1]
 KEPT, IMAGES, PAGE = ROOT / "docs" / "accuracy", ROOT / "docs" / "images", ROOT / "docs" / "accuracy.md"
 STUDIES = {
+    "simple_pendulum": ["config/simple_pendulum.yaml", "--tolerance", "0.5mm"],
     "planar_double_pendulum": ["config/planar_double_pendulum.yaml", "--tolerance", "0.5mm"],
+    "spatial_double_pendulum": ["config/spatial_double_pendulum.yaml", "--tolerance", "0.5mm"],
     "anthropomorphic": ["config/anthropomorphic.yaml", "--sine", "joint_1=5@1", "--tolerance", "0.5mm"],
+    **{
+        robot: [f"config/{robot}.yaml", "-d", "0.3", "--sine", "joint_1=5@1", "--tolerance", "0.5mm"]
+        for robot in ("anthropomorphic_spherical_wrist", "dlr_spherical_wrist")
+    },
     "four_bar": ["config/four_bar.yaml", "-d", "0.2", "--sine", "crank_joint=0.02@5", "--tolerance", "0.5mm"],
     "thesis_door": [
         "config/thesis_door_calibrated.yaml",
