@@ -28,7 +28,16 @@ KEPT, IMAGES, PAGE = ROOT / "docs" / "accuracy", ROOT / "docs" / "images", ROOT 
 STUDIES = {
     "simple_pendulum": ["config/simple_pendulum.yaml", "--tolerance", "0.5mm"],
     "planar_double_pendulum": ["config/planar_double_pendulum.yaml", "--tolerance", "0.5mm"],
-    "spatial_double_pendulum": ["config/spatial_double_pendulum.yaml", "--tolerance", "0.5mm"],
+    "spatial_double_pendulum": [
+        *(
+            "config/spatial_double_pendulum.yaml",
+            "--set",
+            "gravity=[0,0,0]",
+            "--set",
+            "initial.velocity=[0,0]",
+        ),
+        *("--sine", "joint_1=3@2", "--sine", "joint_2=2@3", "--tolerance", "0.5mm"),
+    ],
     "anthropomorphic": ["config/anthropomorphic.yaml", "--sine", "joint_1=5@1", "--tolerance", "0.5mm"],
     **{
         robot: [f"config/{robot}.yaml", "-d", "0.3", "--sine", "joint_1=5@1", "--tolerance", "0.5mm"]
@@ -127,6 +136,8 @@ def section(name: str, study: dict[str, Any]) -> list[str]:
     shown = [m for m in measures if any(o.errors.get(m.name) is not None for o in outcomes)]
     lines = [
         f"## {study['name']}",
+        "",
+        f"`flexsim accuracy {' '.join(STUDIES[name])}`",
         "",
         f"{study['duration']:g} s{', ' + drive if drive else ''}. Reference: {study['reference']['how']}."
         " Its own error: "

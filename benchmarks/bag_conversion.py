@@ -75,9 +75,7 @@ def joint_state(time: int, q: np.ndarray, v: np.ndarray) -> bytes:
     return bytes(message.array(q).array(v).array(0.1 * q).data)
 
 
-def elastic_state(
-    time: int, displacement: np.ndarray, position: np.ndarray, rigid: np.ndarray
-) -> bytes:
+def elastic_state(time: int, displacement: np.ndarray, position: np.ndarray, rigid: np.ndarray) -> bytes:
     message = Cdr().header(time, "base").array(displacement).array(position).array(rigid)
     return bytes(message.text("ok").data)
 
