@@ -41,6 +41,9 @@ STOPPED, PLAYING, PAUSED, QUITTING = (
 )
 WORDS = {STOPPED: "stopped", PLAYING: "playing", PAUSED: "paused", QUITTING: "quitting"}
 OK, NOT_FOUND, FAILED = Result.RESULT_OK, Result.RESULT_NOT_FOUND, Result.RESULT_OPERATION_FAILED
+# s that an action's result is kept for who did not wait for it.  Each status tells of all that are kept: with
+# rclpy's quarter of an hour a flood of goals takes ever longer.
+RESULT_KEPT = 10
 FEATURES = (
     SimulatorFeatures.ENTITY_TAGS,
     SimulatorFeatures.ENTITY_CATEGORIES,
@@ -137,6 +140,7 @@ class SimulationServices:
             "~/simulate_steps",
             self._simulate_steps,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
+            result_timeout=RESULT_KEPT,
         )
 
     def close(self) -> None:
