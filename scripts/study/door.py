@@ -131,7 +131,7 @@ class DoorStudy:
         what SDIRK2 with a hundredth of the steps' length changes, on the strip where the leaf is full.
         """
         full = self.scene.solver.model in ("full", "steady")
-        scale = 1.25 if self.quick else 1.5 if full else 4.0
+        scale = 1.25 if self.quick else 1.5 if full else 5.0
         tight = {"solver.step": "auto", "solver.method": "tr_bdf2",
                  "solver.tolerance": 0.1 * self.scene.solver.tolerance}  # fmt: skip
         first = self.scene.mesh.first_brick
