@@ -25,7 +25,7 @@ PROJECT_STAMP := $(VENV)/stamps/project
 KERNELS_STAMP := $(VENV)/stamps/kernels
 TEST_STAMP := $(VENV)/stamps/test
 
-CORES := -n auto --maxprocesses 4 --dist loadgroup
+CORES := -n auto --maxprocesses 4 --dist loadfile
 PIP_INSTALL := $(VENV)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps
 
 # The venv knows where it is and, if the caller names a Python, is checked against it.
