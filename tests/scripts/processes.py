@@ -48,7 +48,7 @@ def flexsim_here(*words: object, cwd: Path) -> subprocess.CompletedProcess[str]:
     finally:
         sys.argv, warnings.showwarning = given, shown
         os.chdir(place)
-    return subprocess.CompletedProcess(sys.argv, int(end.value.code or 0), out.getvalue(), errors.getvalue())
+    return subprocess.CompletedProcess(words, int(end.value.code or 0), out.getvalue(), errors.getvalue())
 
 
 def command(*words: object) -> list[str]:

@@ -1,11 +1,9 @@
 """A wrong scene is refused with the file, the line, the key and what would be right."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from door_scenes import door
+from endless_files import endless_files
 
 from thermal_node import SceneError, load_scene, simulate
 
@@ -139,24 +137,7 @@ def test_a_run_that_leaves_a_table_stops_and_says_where():
 
 
 def test_files_that_never_end(tmp_path):
-    """Aliases that stand for ever more of themselves, a pipe, a device, a file that is too long."""
-    bomb = "".join(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 20))
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    texts = {
-        "bomb": f"model: fire_door\na0: &a0 [1]\n{bomb}",
-        "itself": "model: fire_door\nname: &a [*a]\n",
-        "long": "#" * 2_000_000,
-    }
-    for name, text in texts.items():
-        (tmp_path / name).write_text(text)
-    for path, said in (
-        (tmp_path / "bomb", "fewer YAML aliases"),
-        (tmp_path / "itself", "name|aliases"),
-        (tmp_path / "long", "is no file of at most"),
-        (pipe, "is no file"),
-        (Path("/dev/zero"), "is no file"),
-        (tmp_path, "is no file"),
-    ):
+    """They are refused before they are unfolded, or waited for."""
+    for path, said in endless_files(tmp_path, "fire_door"):
         with pytest.raises(SceneError, match=said):
             load_scene(path)
