@@ -77,9 +77,9 @@ def again(
                 progress(k * drive.period * 1e-9, drive.duration)
 
             try:
-                with node_process(parameters, folder, stopped):
+                with node_process(parameters, folder, stopped) as child:
                     driver = Driver(node, drive, meanwhile)
-                    driver.connect(stopped, heard)
+                    driver.connect(stopped, heard, child)
                     begun = time.monotonic()
                     try:
                         driver.run(stopped)

@@ -95,7 +95,7 @@ class Driver:
         self._commands = node.create_publisher(Float64MultiArray, COMMANDS, QoSProfile(depth=10))
         self._next = 0.0
 
-    def connect(self, stopped: Stop, ready: Callable[[], bool]) -> None:
+    def connect(self, stopped: Stop, ready: Callable[[], bool], simulator: subprocess.Popen[bytes]) -> None:
         """Wait for the robot to stand ready at its beginning, and for whoever else listens."""
         end = time.monotonic() + ANSWER_TIMEOUT
         seen: int | None = None
@@ -110,8 +110,11 @@ class Driver:
                 )
             if stopped.asked:
                 raise KeyboardInterrupt
+            if simulator.poll() is not None:
+                raise RuntimeError(f"{NODE} ended at once, with exit code {simulator.returncode}")
             if time.monotonic() > end:
-                raise RuntimeError(f"{NODE} is not to be heard within {ANSWER_TIMEOUT:.0f} s")
+                whole = "" if seen is None else "wholly "
+                raise RuntimeError(f"{NODE} is not {whole}to be heard within {ANSWER_TIMEOUT:.0f} s")
             time.sleep(0.005)
 
     def run(self, stopped: Stop) -> int:

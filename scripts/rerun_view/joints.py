@@ -52,9 +52,7 @@ class JointPlots:
             self.recording.send_columns(
                 f"joints/{quantity}",
                 indexes=indexes,
-                columns=rr.Scalars.columns(scalars=rows.ravel()).partition(
-                    [rows.shape[1]] * len(rows)
-                ),
+                columns=rr.Scalars.columns(scalars=rows.ravel()).partition([rows.shape[1]] * len(rows)),
             )
 
 

@@ -132,8 +132,7 @@ class Tube:
         third = np.cross(tangent, across)
         angle = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False, dtype=np.float32)
         normals = (
-            np.cos(angle)[:, None] * across[:, :, None, :]
-            + np.sin(angle)[:, None] * third[:, :, None, :]
+            np.cos(angle)[:, None] * across[:, :, None, :] + np.sin(angle)[:, None] * third[:, :, None, :]
         )
         vertices = centre[:, :, None, :] + swell * self.radii[:, None, None] * normals
         shape = (len(centre), -1, 3)

@@ -7,65 +7,50 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rclpy.client import Client
     from rclpy.node import Node
 
-# s after which a question is asked again.
-PATIENCE = 2.0
+# s after which a question is asked again: a node that does not spin yet may never see the first one.
+PATIENCE = 1.0
 
 
 class ParameterQuestion:
     """Asks a node for all of its parameters; `step` until there is an answer.
 
+    Answers are polled for, as a recorder's messages are, so `node` must not be in an executor.
+
     Parameters
     ----------
+    node : rclpy.node.Node
+        Who asks.
     name : str
-        The node's name, with its leading slash.
-    domain : int
+        Who is asked, with its leading slash.
     """
 
-    def __init__(self, beside: Node, name: str) -> None:
-        import rclpy
-        from rclpy.executors import SingleThreadedExecutor
-        from rclpy.parameter_client import AsyncParameterClient
+    def __init__(self, node: Node, name: str) -> None:
+        from rcl_interfaces.srv import GetParameters, ListParameters
 
         self.name = name
-        # A node of its own: the executor would take messages that a recorder polls for.
-        self._node = rclpy.create_node(
-            f"{beside.get_name()}_asks",
-            context=beside.context,
-            enable_rosout=False,
-            start_parameter_services=False,
-        )
-        self._executor = SingleThreadedExecutor(context=beside.context)
-        self._executor.add_node(self._node)
-        self._client = AsyncParameterClient(self._node, name)
-        self._names: list[str] = []
-        self._pending: Any = None
-        self._listed = False
+        self._node = node
+        self._list: Client = node.create_client(ListParameters, f"{name}/list_parameters")
+        self._get: Client = node.create_client(GetParameters, f"{name}/get_parameters")
+        self._names: list[str] | None = None
         self._asked = 0.0
 
     def step(self) -> dict[str, Any] | None:
         """Go on asking; the parameters by name as soon as they are known."""
-        if self._pending is None:
-            if self._client.services_are_ready():
-                self._asked = time.monotonic()
-                self._pending = self._client.list_parameters()
-            return None
-        self._executor.spin_once(timeout_sec=0.0)
-        if not self._pending.done():
-            # A node that was not spinning yet may never see what it was asked before.
-            if time.monotonic() - self._asked > PATIENCE:
-                self._pending = None
-                self._listed = False
-            return None
-        answer = self._pending.result()
-        if not self._listed:
-            self._listed = True
-            self._names = list(answer.result.names)
-            self._pending = self._client.get_parameters(self._names)
-            return None
         from rclpy.parameter import parameter_value_to_python
 
+        client = self._list if self._names is None else self._get
+        answer = taken(client)
+        if answer is None:
+            self._ask(client)
+            return None
+        self._asked = 0.0
+        if self._names is None:
+            self._names = list(answer.result.names)
+            self._ask(self._get)
+            return None
         values = (parameter_value_to_python(v) for v in answer.values)
         return {
             name: value if isinstance(value, (str, bytes)) or not hasattr(value, "__iter__") else list(value)
@@ -74,8 +59,25 @@ class ParameterQuestion:
 
     def close(self) -> None:
         """End asking."""
-        self._executor.shutdown()
-        self._node.destroy_node()
+        self._node.destroy_client(self._list)
+        self._node.destroy_client(self._get)
+
+    def _ask(self, client: Client) -> None:
+        now = time.monotonic()
+        if now - self._asked < PATIENCE or not client.service_is_ready():
+            return
+        self._asked = now
+        kind: Any = client.srv_type
+        request = kind.Request() if self._names is None else kind.Request(names=self._names)
+        with client.handle:
+            client.handle.send_request(request)
+
+
+def taken(client: Client) -> Any:
+    """Return an answer that came in, or None."""
+    kind: Any = client.srv_type
+    with client.handle:
+        return client.handle.take_response(kind.Response)[1]
 
 
 def scene_of(parameters: dict[str, Any]) -> tuple[str, bytes] | None:

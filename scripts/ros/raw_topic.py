@@ -52,9 +52,7 @@ class RawTopic:
         The type's Python package is not installed.
     """
 
-    def __init__(
-        self, node: Node, name: str, type_name: str, publishers: list[TopicEndpointInfo]
-    ) -> None:
+    def __init__(self, node: Node, name: str, type_name: str, publishers: list[TopicEndpointInfo]) -> None:
         self.node = node
         self.name = name
         self.type = type_name

@@ -21,6 +21,8 @@ POLL_PERIOD = 0.01
 DISCOVERY_PERIOD = 0.1
 # Who publishes these is a simulator, whose scene and parameters belong into the bag.
 SIMULATED = {"flexsim_msgs/msg/ElasticLayout", "flexsim_msgs/msg/LeafMesh"}
+# What the middleware calls a node of which it knows a publisher, but not yet the name.
+NAMELESS = "_NODE_NAME_UNKNOWN_"
 
 
 class Recorder:
@@ -43,6 +45,7 @@ class Recorder:
         self._held: list[Received] = []
         self._next_discovery = 0.0
         self._questions: dict[str, ParameterQuestion | None] = {}
+        self._nameless: set[str] = set()
 
     def step(self) -> None:
         """Look for topics if it is time, and write what came in; raises OSError where that fails."""
@@ -66,6 +69,8 @@ class Recorder:
                 self.skip(name, f"published with several types: {', '.join(types)}")
             elif publishers:
                 self.open(name, types[0], publishers)
+            if SIMULATED.intersection(types):
+                self.meet(name, {f"{p.node_namespace.rstrip('/')}/{p.node_name}" for p in publishers})
         for name, question in self._questions.items():
             if question is not None:
                 self.ask(name, question)
@@ -87,11 +92,16 @@ class Recorder:
         self._numbers[name] = self.bag.add_topic(name, type_name, topic.offers)
         self.topics[name] = topic
         print(f"+ {name} ({type_name})", file=sys.stderr, flush=True)
-        if type_name in SIMULATED:
-            for p in publishers:
-                who = f"{p.node_namespace.rstrip('/')}/{p.node_name}"
-                if who not in self._questions:
-                    self._questions[who] = ParameterQuestion(self.node, who)
+
+    def meet(self, topic: str, simulators: set[str]) -> None:
+        """Ask the simulators that publish a topic for their parameters, each once its name is known."""
+        named = {who for who in simulators if not who.endswith(NAMELESS)}
+        for who in named - self._questions.keys():
+            self._questions[who] = ParameterQuestion(self.node, who)
+        if named == simulators:
+            self._nameless.discard(topic)
+        else:
+            self._nameless.add(topic)
 
     def ask(self, name: str, question: ParameterQuestion) -> None:
         """Put a simulator's parameters and its scene into the bag as soon as it has told them."""
@@ -108,9 +118,14 @@ class Recorder:
         print(f"+ {kept} of {name}", file=sys.stderr, flush=True)
 
     @property
+    def asked(self) -> set[str]:
+        """The simulators that were asked for their parameters."""
+        return set(self._questions)
+
+    @property
     def asking(self) -> bool:
         """Whether a simulator has yet to tell its parameters."""
-        return any(question is not None for question in self._questions.values())
+        return bool(self._nameless) or any(q is not None for q in self._questions.values())
 
     def skip(self, name: str, why: str) -> None:
         """Leave a topic out, and say so once."""

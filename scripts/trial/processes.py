@@ -62,9 +62,7 @@ class Process:
     environment : mapping
     """
 
-    def __init__(
-        self, name: str, words: list[str], folder: Path, environment: Mapping[str, str]
-    ) -> None:
+    def __init__(self, name: str, words: list[str], folder: Path, environment: Mapping[str, str]) -> None:
         self.name = name
         self.output = folder / f"{name}.out"
         self.log = folder / f"{name}.log"

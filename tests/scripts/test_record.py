@@ -10,6 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flexsim.bag import BagWriter
+from flexsim.ros.context import tool_node
+from flexsim.ros.recorder import Recorder
 from mcap.reader import make_reader
 from processes import Background, Recorded, command, flexsim, ros_environment, synthetic_robot
 from rosbags.rosbag2 import Reader
@@ -146,6 +149,18 @@ def test_topics_chosen_and_ended_by_sigterm(tmp_path: Path) -> None:
         topics = {c.topic for c in reader.connections}
     assert topics == {"/joint_states", "/flexsim_node/elastic_layout"}
     assert "Traceback" not in recorder.errors.read_text()
+
+
+def test_a_simulator_is_asked_once_its_name_is_known(tmp_path: Path) -> None:
+    """The middleware may know a publisher before it knows whose it is; the recorder waits for the name."""
+    with tool_node("recorder") as node, BagWriter(tmp_path / "run") as bag:
+        recorder = Recorder(node, bag, ["*"])
+        assert not recorder.asking
+        recorder.meet("/arm/elastic_layout", {"_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_"})
+        assert recorder.asking and not recorder.asked
+        recorder.meet("/arm/elastic_layout", {"/arm/flexsim_node"})
+        assert recorder.asking and recorder.asked == {"/arm/flexsim_node"}
+        recorder.close()
 
 
 def test_nothing_to_record(tmp_path: Path) -> None:
