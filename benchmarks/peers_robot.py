@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from peers import exudyn_robot, mujoco_robot
+from peers import exudyn_floating, exudyn_robot, mujoco_robot
 from peers.exudyn_robot import Attempt
 from peers.problem import YOUNG, Problem, driven, falling
 
@@ -92,8 +92,8 @@ def ours(problem: Problem, method: str, elements: int, step: float, repeats: int
     return Attempt(seconds, tip.copy())
 
 
-def ways(problem: Problem) -> Iterator[tuple[str, str, int, float, Callable[[int], Attempt]]]:
-    """Tool, method, elements or springs a link, step, and what runs it so many times."""
+def ways(problem: Problem) -> Iterator[tuple[str, str, int, float, Callable[..., Attempt]]]:
+    """Tool, method, elements, modes or springs a link, step, and what runs it so many times."""
     planar = all(axis == (0, 0, 1) for axis in problem.axes)
     for method in ("rosenbrock_w", "generalized_alpha"):
         for elements in (1, 2, 4):
@@ -105,6 +105,11 @@ def ways(problem: Problem) -> Iterator[tuple[str, str, int, float, Callable[[int
         for elements in (2, 4):
             for step in (2e-3, 1e-3, 5e-4, 2.5e-4) if planar else (2e-3, 1e-3):
                 yield "Exudyn", name, elements, step, partial(peer, problem, elements, step)
+        for vibrations in (0, 1, 3):
+            modes = vibrations + (3 if planar else 6)
+            for step in (2e-3, 1e-3, 5e-4):
+                way = partial(exudyn_floating.attempt, problem, vibrations, step, planar)
+                yield "Exudyn", "floating frame", modes, step, way
     if installed("mujoco"):
         for cut in ("middles", "equal"):
             for integrator, springs, step in MUJOCO:

@@ -50,7 +50,7 @@ def planar_ancf(problem: Problem, elements: int, step: float, repeats: int) -> A
                 b = mbs.AddMarker(item.MarkerNodePosition(nodeNumber=nodes[0]))
                 mbs.AddObject(item.ObjectJointRevolute2D(markerNumbers=[a, b]))
             start, last = end, nodes[-1]
-        seconds, tip = _solved(exu, item, mbs, problem, last, step, seconds)
+        seconds, tip = solved(exu, mbs, problem, _position(exu, item, last), step, seconds)
     return Attempt(seconds, tip)
 
 
@@ -132,17 +132,20 @@ def spatial_exact(problem: Problem, elements: int, step: float, repeats: int) ->
 
                 mbs.SetPreStepUserFunction(drive)
             start, last = start + link.length * e_x, (nodes[-1], rotation)
-        seconds, tip = _solved(exu, item, mbs, problem, last[0], step, seconds)
+        seconds, tip = solved(exu, mbs, problem, _position(exu, item, last[0]), step, seconds)
     return Attempt(seconds, tip)
 
 
-def _solved(exu, item, mbs, problem, node, step, seconds):
-    """Run it with a modified Newton iteration, Exudyn's faster one; a run that fails has no tip."""
-    sensor = mbs.AddSensor(
-        item.SensorNode(
-            nodeNumber=node, storeInternal=True, outputVariableType=exu.OutputVariableType.Position
-        )
+def _position(exu, item, node):
+    """A sensor of a node's position."""
+    return item.SensorNode(
+        nodeNumber=node, storeInternal=True, outputVariableType=exu.OutputVariableType.Position
     )
+
+
+def solved(exu, mbs, problem, tip_sensor, step, seconds):
+    """Run it with a modified Newton iteration, Exudyn's faster one; a run that fails has no tip."""
+    sensor = mbs.AddSensor(tip_sensor)
     mbs.Assemble()
     settings = exu.SimulationSettings()
     integration = settings.timeIntegration

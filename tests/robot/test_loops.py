@@ -13,6 +13,7 @@ from scenes import CONFIG, DATA
 from scipy.integrate import simpson
 
 from flexsim_node import load_scene, simulate
+from flexsim_node.simulation import Simulation
 
 TIGHT = {
     "solver.method": "dop853",
@@ -125,6 +126,19 @@ def test_loops_stay_closed_in_every_step(name):
     assert np.min(run.conditioning) > 0.05
     moved = np.ptp(run.joint_position, axis=0).max()
     assert moved > (0.005 if name == "delta" else 0.3) or name == "five_bar"
+
+
+def test_a_reset_loop_does_the_same_again():
+    robot = Simulation(load_scene(CONFIG / "four_bar.yaml", {"solver.method": "rosenbrock_w"}))
+
+    def run():
+        return np.array([[robot.step(), *robot.x, *robot.v] for _ in range(30)])
+
+    robot.prepare()
+    first = run()
+    robot.reset()
+    np.testing.assert_array_equal(run(), first)
+    assert np.all(first[:, 0] == 0) and np.any(np.diff(first[:, 1:], axis=0))
 
 
 def test_a_stiff_loop_comes_to_the_rigid_one():

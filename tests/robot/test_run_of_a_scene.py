@@ -5,6 +5,7 @@ import pytest
 from scenes import CONFIG, anthropomorphic, two_link
 
 from flexsim_node import SceneError, load_scene, natural_frequencies, simulate, static_equilibrium
+from flexsim_node.simulation import Simulation
 
 ROBOTS = [
     "simple_pendulum",
@@ -215,3 +216,26 @@ def test_scene_is_immutable():
     scene = load_scene(two_link())
     with pytest.raises(ValueError, match="frozen"):
         scene.name = "other"
+
+
+@pytest.mark.parametrize("method", ["rosenbrock_w", "generalized_alpha"])
+def test_a_reset_robot_does_the_same_again(method):
+    """Position, speed, torque, load and whatever the method keeps begin anew, to the last bit."""
+    scene = two_link(initial={"position": [0.3, -0.5], "velocity": [2.0, -1.0]}, solver={"method": method})
+    robot = Simulation(load_scene(scene))
+
+    def run():
+        states = []
+        for k in range(40):
+            robot.command(np.array([0.2, -0.1 * k]))
+            robot.apply(scene["links"][1]["name"], np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.1]))
+            assert robot.step() == 0
+            states.append([*robot.x, *robot.v, robot.time])
+        return np.array(states)
+
+    robot.prepare()
+    first = run()
+    robot.reset()
+    np.testing.assert_array_equal(robot.joint_velocity(), scene["initial"]["velocity"])
+    np.testing.assert_array_equal(robot.joint_effort(), 0.0)
+    np.testing.assert_array_equal(run(), first)
