@@ -6,8 +6,9 @@ rclpy node that answers at once: the latency of both is the time from before the
 arrival of the answer, as the middleware notes it.
 
 On a virtual machine the host takes the processors away at times, for milliseconds, and nobody keeps a
-deadline then.  Linux counts that time; the overruns of the seconds in which there was none of it are those
-of the node itself.
+deadline then.  Linux counts some of that time.  So on each processor a bare loop runs besides, of higher
+priority than anything of the node's, which wakes up a thousand times a second and does nothing: where it is
+late, the processor was not there.  The overruns of the seconds in which neither happened are the node's own.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import argparse
 import json
 import os
 import platform
+import signal
 import sys
 import tempfile
 import time
@@ -25,11 +27,16 @@ from typing import Any
 
 import numpy as np
 from flexsim.terminal.stop import stopped_by_signals
-from flexsim.trial.processes import NODE, own_domain, processes
+from flexsim.trial.processes import NODE, Process, own_domain, processes
+from numpy.typing import NDArray
+
+from flexsim_node.pace import go_first, sleep_finely
 
 SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic_geared.yaml"
 PERIOD = 0.02  # s between commands
 STARTED = 180.0
+# ns: how often a bare loop wakes up, how late it notices, and before which of a node's threads it goes.
+BARE_PERIOD, BARE_LATE, BARE_PRIORITY = 1_000_000, 500_000, 80
 PACKAGES = ("numpy", "numba", "ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp")
 
 
@@ -57,6 +64,29 @@ def echo() -> None:
             executor.spin_once(timeout_sec=0.1)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+
+
+def bare(processor: int) -> None:
+    """Wake up on one processor a thousand times a second, and say when that was late, and by how much, ns."""
+    os.sched_setaffinity(0, {processor})
+    sleep_finely()
+    go_first(BARE_PRIORITY)
+    stop: list[int] = []
+    signal.signal(signal.SIGINT, lambda *_: stop.append(1))
+    print("ready", file=sys.stderr, flush=True)
+    due = time.monotonic_ns()
+    while not stop:
+        due += BARE_PERIOD
+        time.sleep(max(0, due - time.monotonic_ns()) * 1e-9)
+        now = time.monotonic_ns()
+        if now - due > BARE_LATE:
+            print(now, now - due, flush=True)
+            due = now
+
+
+def lates(process: Process) -> NDArray[np.int64]:
+    """Return what a bare loop said: (K, 2) when, and by how much, ns."""
+    return np.array(process.output.read_text().split(), dtype=np.int64).reshape(-1, 2)
 
 
 class Probe:
@@ -101,21 +131,30 @@ class Seconds:
 
         self.kind = DiagnosticArray
         self.heard = node.create_subscription(DiagnosticArray, "/diagnostics", lambda _: None, 10)
-        self.rows: list[tuple[int, int, int]] = []
+        self.rows: list[tuple[int, int, int, int]] = []
 
     def take(self) -> None:
         """Look at what has come in."""
         with self.heard.handle:
             while (taken := self.heard.handle.take_message(self.kind, False)) is not None:
                 said = {p.key: p.value for status in taken[0].status for p in status.values}
-                self.rows.append((int(said["ticks"]), int(said["overruns"]), stolen()))
+                counts = int(said["ticks"]), int(said["overruns"]), stolen()
+                self.rows.append((time.monotonic_ns(), *counts))
 
-    def found(self) -> dict[str, Any]:
-        """All of them, and those in which the host took nothing away, nor just before."""
-        rows = np.diff(np.array(self.rows).reshape(-1, 3), axis=0)[1:]  # past the start
-        quiet = (rows[:, 2] == 0) & np.append(True, rows[:-1, 2] == 0)
+    def found(self, late: NDArray[np.int64]) -> dict[str, Any]:
+        """All of them, and those in which both processors were there; `late`: when a bare loop was."""
+        rows = np.array(self.rows).reshape(-1, 4)[1:]  # past the start
+        end, begin = rows[1:, 0], rows[:-1, 0]
+        rows = np.diff(rows, axis=0)
+        # What is missed in one second may be counted in the next, and so may the time that was stolen.
+        missed = np.searchsorted(late[:, 0], end) > np.searchsorted(late[:, 0], begin)
+        missed |= rows[:, 3] > 0
+        quiet = ~missed & ~np.append(False, missed[:-1])
+        rows = rows[:, 1:]
         return {
             "stolen": float(rows[:, 2].sum()) / os.sysconf("SC_CLK_TCK"),
+            "bare_loop_late": len(late),
+            "bare_loop_worst": float(late[:, 1].max(initial=0)) * 1e-9,
             "seconds": len(rows),
             "undisturbed_seconds": int(quiet.sum()),
             "undisturbed_ticks": int(rows[quiet, 0].sum()),
@@ -146,6 +185,10 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
         if controlled:
             third = trial.start("controller", [sys.executable, __file__, "--controller-process"])
             trial.wait_until_said(third, "ready", timeout=STARTED)
+        loops = [
+            trial.start(f"bare_{k}", [sys.executable, __file__, "--bare", str(k)])
+            for k in sorted(os.sched_getaffinity(0))
+        ]
         trial.wait_until_said(other, "ready", timeout=STARTED)
         with tool_node("realtime_benchmark") as node:
             ours = Probe(node, "flexsim_node", "joint_states")
@@ -171,8 +214,10 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
             raise RuntimeError(f"the solver has stopped: {said['status']}")
         if controlled:
             trial.end(third)
-        trial.end(robot)
-        trial.end(other)
+        for process in (robot, other, *loops):
+            trial.end(process)
+        late = np.concatenate([lates(process) for process in loops])
+        late = late[np.argsort(late[:, 0])]
     stamps = np.array([s for s in ours.stamps if s[0] > 1])
     second = int(np.searchsorted(stamps[:, 0], 10**9))  # past the start
     simulated, elapsed = stamps[-1] - stamps[second]
@@ -183,7 +228,7 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
         "overruns": int(said["overruns"]),
         "overruns_part": int(said["overruns"]) / max(1, int(said["ticks"])),
         "overruns_in_a_row": int(said["overruns in a row, worst"]),
-        **seconds.found(),
+        **seconds.found(late),
         "commands": int(said["accepted"]),
         "lost_time": float(said["lost time, s"]),
         "real_time_priority": said["real-time priority"],
@@ -278,9 +323,12 @@ def main() -> None:
     parser.add_argument("--controller", action="store_true", help="with a controller at 1 kHz beside it")
     parser.add_argument("--controller-process", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--bare", type=int, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.echo:
         return echo()
+    if arguments.bare is not None:
+        return bare(arguments.bare)
     if arguments.controller_process:
         return controller()
     found = measure(arguments.duration, controlled=arguments.controller)
@@ -294,7 +342,7 @@ def main() -> None:
             value = f"p50 {value['p50']:.2f}, p99 {value['p99']:.2f}"
         elif isinstance(value, dict):
             value = f"p50 {1e6 * value['p50']:.0f} µs, p99 {1e6 * value['p99']:.0f} µs"
-        elif "time p" in name or "time worst" in name or "lateness" in name:
+        elif "time p" in name or "time worst" in name or "lateness" in name or name == "bare_loop_worst":
             value = f"{1e6 * value:.1f} µs"
         elif name == "stolen":
             value = f"{value:.2f} s of processor time, by the host"

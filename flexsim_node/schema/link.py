@@ -1,0 +1,172 @@
+"""A link of a robot: its joint, its beam, what it carries."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from .part import (
+    Angle,
+    Density,
+    Length,
+    Misplaced,
+    Modulus,
+    Name,
+    NotNegative,
+    Number,
+    Part,
+    Positive,
+    Side,
+    Vector,
+    between,
+)
+
+
+class DenavitHartenberg(Part):
+    """Standard parameters, A = Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+
+    a: Length = 0.0
+    alpha: Angle = 0.0
+    d: Length = 0.0
+    theta: Angle = 0.0
+
+
+class Joint(Part):
+    """The joint at a link's start; q adds to theta or to d.
+
+    stiffness (N m/rad or N/m) and damping stand between motor and link; rotor_inertia, friction and torque
+    act on the motor.
+    """
+
+    name: str = ""
+    type: Literal["fixed", "revolute", "prismatic"] = "revolute"
+    actuated: bool = True
+    effort_limit: Positive | None = None
+    viscous_friction: NotNegative = 0.0
+    coulomb_friction: NotNegative = 0.0
+    coulomb_speed: Positive = 1e-2
+    rotor_inertia: NotNegative = 0.0
+    gear_ratio: Positive = 1.0
+    stiffness: Positive | None = None
+    damping: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _elastic(self) -> Joint:
+        if self.stiffness is None and self.damping > 0.0:
+            raise Misplaced(
+                ("damping",),
+                f"is {self.damping:g} without a stiffness; give the spring between motor and link too,"
+                " or viscous_friction for the motor's losses",
+            )
+        if self.stiffness is not None and not self.actuated:
+            raise Misplaced(
+                ("stiffness",),
+                f"is {self.stiffness:g}, but the joint is passive (actuated: false): the spring would stand"
+                " between motor and link; leave it out",
+            )
+        if self.stiffness is not None and self.rotor_inertia == 0.0:
+            raise Misplaced(
+                ("stiffness",),
+                f"is {self.stiffness:g}, but behind a spring the motor moves on its own; give its"
+                " rotor_inertia",
+            )
+        return self
+
+
+class Beam(Part):
+    """A prismatic beam: a rectangle, width (beam y) by depth (beam z), or its section's constants."""
+
+    width: Side | None = None
+    depth: Side | None = None
+    area: Positive | None = None
+    iy: Positive | None = None
+    iz: Positive | None = None
+    j: Positive | None = None
+    shear_area_y: Positive | None = None
+    shear_area_z: Positive | None = None
+    density: Density
+    youngs_modulus: Modulus
+    poissons_ratio: Annotated[Number, between(-0.99, 0.5, "")] = 0.3
+    elements: Annotated[int, Field(ge=1, le=1000, strict=True)] = 2
+
+    @model_validator(mode="after")
+    def _section(self) -> Beam:
+        rectangle = [self.width, self.depth]
+        constants = [self.area, self.iy, self.iz, self.j]
+        if any(v is not None for v in rectangle) and any(v is not None for v in constants):
+            raise ValueError("has both width/depth and area/iy/iz/j; give one of the two")
+        if all(v is None for v in rectangle + constants):
+            raise ValueError("has no section; give width and depth, or area, iy, iz and j")
+        for names, values in (
+            (("width", "depth"), rectangle),
+            (("area", "iy", "iz", "j"), constants),
+        ):
+            if any(v is not None for v in values) and any(v is None for v in values):
+                missing = [n for n, v in zip(names, values, strict=True) if v is None]
+                raise ValueError(f"lacks {', '.join(missing)}; give {', '.join(names)}")
+        return self
+
+
+class Payload(Part):
+    """A rigid body on the link's end; inertia about its centre of mass, in the link's frame."""
+
+    mass: NotNegative = 0.0
+    center_of_mass: Vector = (0.0, 0.0, 0.0)
+    inertia: tuple[Vector, Vector, Vector] | None = None
+
+    @model_validator(mode="after")
+    def _physical(self) -> Payload:
+        if self.inertia is None:
+            return self
+        m = self.inertia
+        scale = max(abs(x) for row in m for x in row) or 1.0
+        if any(abs(m[i][k] - m[k][i]) > 1e-9 * scale for i in range(3) for k in range(3)):
+            raise ValueError("has an inertia that is not symmetric; give a symmetric 3 x 3 matrix")
+        moments = np.linalg.eigvalsh(np.array(m))
+        if moments[0] < -1e-9 * scale or moments[2] > moments[0] + moments[1] + 1e-9 * scale:
+            raise ValueError(
+                "has an inertia that no body can have; its principal moments must not be negative"
+                " and none may exceed the sum of the other two"
+            )
+        return self
+
+
+class Reduction(Part):
+    """Craig-Bampton: a link's ends and the lowest modes of the link with its ends held."""
+
+    modes: Annotated[int, Field(ge=0, strict=True)]
+
+
+class Link(Part):
+    """One link with the joint at its start; it hangs on the end of `parent`, by default the link before."""
+
+    name: Name
+    parent: str = ""
+    dh: DenavitHartenberg = DenavitHartenberg()
+    joint: Joint = Joint()
+    beam: Beam | None = None
+    flexible: bool = True
+    reduction: Reduction | Literal[False] | None = None
+    rigid: Payload | None = None
+    payload: Payload = Payload()
+
+    @property
+    def length(self) -> float:
+        """Distance from O_{l-1} to O_l at q = 0, m."""
+        return math.hypot(self.dh.a, self.dh.d)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Link:
+        if self.beam is not None and self.length < 1e-9:
+            raise ValueError("has a beam but no length; give dh a or d, or replace beam by rigid")
+        if self.beam is not None and self.rigid is not None:
+            raise ValueError("has both beam and rigid; give one of the two (payload adds a body)")
+        if self.beam is not None and self.flexible:
+            b = self.beam
+            shortest = self.length / b.elements
+            if b.width is not None and b.depth is not None and shortest < 1e-6:
+                raise ValueError("has elements shorter than 1e-6 m; give fewer elements")
+        return self
