@@ -62,6 +62,11 @@ def mend(
         There is no bag, or nothing in it can be read, or `output` exists.
     """
     files = mcap_files(path)
+    found = [mcap_index.read(file) for file in files]
+    damages = [damage for index in found for damage in index.damages]
+    if damages and not any(index.channels for index in found):
+        # It may be no bag at all: nothing is written, neither here nor beside it.
+        raise BagError(f"{path} holds nothing that can be read: {damages[0]}")
     folder = path if path.is_dir() else path.parent
     if output is not None:
         if output.exists():
@@ -69,17 +74,11 @@ def mend(
         output.mkdir(parents=True)
         folder = output
     results, indices = [], []
-    for number, file in enumerate(files):
+    for number, (file, index) in enumerate(zip(files, found, strict=True)):
         target = folder / (f"{output.name}_{number}.mcap" if output is not None else file.name)
-        result, index = mend_file(file, target, progress)
+        result, index = mend_file(file, index, target, progress)
         results.append(result)
         indices.append(index)
-    if not any(index.channels for index in indices) and any(r.lost for r in results):
-        if output is not None:
-            for result in results:
-                result.file.unlink(missing_ok=True)
-            output.rmdir()
-        raise BagError(f"{path} holds nothing that can be read: {results[0].lost[0]}")
     for leftover in (RESERVE_NAME, "metadata.yaml.part"):
         (folder / leftover).unlink(missing_ok=True)
     if path.is_dir() or output is not None:
@@ -88,10 +87,9 @@ def mend(
 
 
 def mend_file(
-    file: Path, target: Path, progress: Callable[[int, int], None] = lambda *_: None
+    file: Path, index: FileIndex, target: Path, progress: Callable[[int, int], None] = lambda *_: None
 ) -> tuple[Mended, FileIndex]:
-    """Mend one file; `target` may be the file itself."""
-    index = mcap_index.read(file)
+    """Mend one file, of which `index` is what could be found; `target` may be the file itself."""
     result = Mended(target, expected=index.count if index.summed else None, lost=list(index.damages))
     unfinished = target.with_name(target.name + UNFINISHED)
     unfinished.unlink(missing_ok=True)

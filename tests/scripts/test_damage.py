@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flexsim.bag import Bag, BagDamaged, BagWriter
+from flexsim.bag import Bag, BagDamaged, BagError, BagWriter
 from flexsim.bag.mcap_file import McapFile
 from flexsim.bag.mend import mend
 from flexsim.bag.writer import RESERVE, RESERVE_NAME
@@ -421,6 +421,19 @@ def test_the_command_mends(whole: tuple[bytes, list[tuple[str, int, bytes]]], tm
     nothing = flexsim("recover", bag_of(b"", tmp_path))
     assert nothing.returncode == 1
     assert "holds nothing that can be read" in nothing.stderr
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "notes.mcap"])
+def test_what_is_no_bag_is_not_mended(name: str, tmp_path: Path) -> None:
+    """A wrong word on the command line costs nobody a file."""
+    file = tmp_path / name
+    file.write_text("model: robot\n" * 50)
+    for path in (file, tmp_path) if name.endswith(".mcap") else (file,):
+        for output in (None, tmp_path / "copy"):
+            with pytest.raises(BagError, match="holds nothing that can be read"):
+                mend(path, output)
+            assert [f.name for f in tmp_path.iterdir()] == [name]
+    assert file.read_text() == "model: robot\n" * 50
 
 
 def test_damage_is_said_where_it_is_met(
