@@ -169,8 +169,11 @@ def test_simulate_runs_the_faults_of_lockstep() -> None:
         ({"kind": "delay", "time": 1.0, "limit": 2.0}, "faults.0.limit: has no meaning for delay"),
         ({"kind": "drop", "probability": 1.5}, "faults.0.probability: is 1.5; give at least 0 and at most 1"),
         ({"kind": "delay", "tme": 1.0}, "faults.0.tme: unknown key; did you mean 'time'?"),
-        ({"kind": "freeze", "signal": "position", "joints": ["elbow"]}, "joints.0: is 'elbow', which does not exist"),
-        ({"kind": "payload", "link": "link_9", "mass": 1.0}, "faults.0.link: has 'link_9'"),
+        (
+            {"kind": "freeze", "signal": "position", "joints": ["elbow"]},
+            "joints.0: is 'elbow', which does not exist",
+        ),
+        ({"kind": "payload", "link": "link_9", "mass": 1.0}, "faults.0.link: is 'link_9'"),
         ({"kind": "delay", "time": 0.1, "start": 1.0, "end": 0.5}, "faults.0.end: is 0.5, not after start 1"),
     ],
 )
