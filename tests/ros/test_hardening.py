@@ -32,6 +32,25 @@ profile = QoSProfile(history=HistoryPolicy.KEEP_ALL)
 node.create_subscription(JointState, "joint_states", lambda m: print("heard", flush=True), profile)
 rclpy.spin(node)
 """
+# Asks for much, waits for nothing, and is gone.
+VANISHER = """
+import os, signal
+import rclpy
+from rclpy.action import ActionClient
+from simulation_interfaces.action import SimulateSteps
+from simulation_interfaces.srv import GetEntitiesStates, ResetSimulation
+rclpy.init()
+node = rclpy.create_node("vanisher")
+steps = ActionClient(node, SimulateSteps, "flexsim_node/simulate_steps")
+states = node.create_client(GetEntitiesStates, "flexsim_node/get_entities_states")
+reset = node.create_client(ResetSimulation, "flexsim_node/reset_simulation")
+assert steps.wait_for_server(20.0) and states.wait_for_service(20.0) and reset.wait_for_service(20.0)
+for _ in range(20):
+    steps.send_goal_async(SimulateSteps.Goal(steps=100000))
+    states.call_async(GetEntitiesStates.Request())
+    reset.call_async(ResetSimulation.Request())
+os.kill(os.getpid(), signal.SIGKILL)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -157,6 +176,17 @@ def test_a_subscriber_that_stalls(arm: Robot, tmp_path: Path) -> None:
     finally:
         staller.kill()
         staller.wait()
+
+
+def test_clients_that_vanish_before_their_answer(arm: Robot) -> None:
+    """Nobody is there to hear the answers; the robot goes on for all others."""
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(arm.context.get_domain_id())}
+    for _ in range(2):
+        gone = subprocess.run([sys.executable, "-c", VANISHER], env=environment, timeout=PATIENCE)
+        assert gone.returncode == -signal.SIGKILL
+    arm.until(arm.states)
+    last = arm.time()
+    arm.until(lambda: arm.time() > last + 0.2)
 
 
 def test_jumps_of_the_ros_clock(arm: Robot) -> None:
