@@ -2,103 +2,48 @@
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from flexsim_msgs.msg import ElasticLayout, ElasticState
-from processes import Background, ros_environment
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from listening import PATIENCE, Listener, node_words, running, seconds
+from processes import Background
+from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Float64MultiArray, String
 
 SCENE = Path(__file__).parents[2] / "config" / "anthropomorphic.yaml"
-# The kernels may have to be compiled first.
-PATIENCE = 180.0
-TOPICS = {
-    "joint_states": (JointState, "volatile"),
-    "flexsim_node/elastic_state": (ElasticState, "volatile"),
-    "flexsim_node/deformed_shape": (PointCloud2, "volatile"),
-    "flexsim_node/elastic_layout": (ElasticLayout, "latched"),
-    "robot_description": (String, "latched"),
-    "/clock": (Clock, "volatile"),
-    "/diagnostics": (DiagnosticArray, "volatile"),
-}
 
 
 def words(scene: Path | str | None = SCENE, **parameters: object) -> list[str]:
     """Return the command line of a node; a parameter's dots are written as __."""
-    given = {} if scene is None else {"scene": scene}
-    given |= {name.replace("__", "."): value for name, value in parameters.items()}
-    pairs = [f"{name}:={str(value).lower() if isinstance(value, bool) else value}"
-             for name, value in given.items()]  # fmt: skip
-    options = [word for pair in pairs for word in ("-p", pair)]
-    return [sys.executable, "-m", "flexsim_node.node", *(["--ros-args", *options] if options else [])]
+    return node_words("flexsim_node.node", scene, **parameters)
 
 
-class Robot:
-    """A running node, and a node beside it that listens to all it says.
+class Robot(Listener):
+    """A running flexsim_node, and who commands it."""
 
-    Attributes
-    ----------
-    heard : topic to the messages that came in, in order
-    """
+    topics: ClassVar[dict[str, Any]] = {
+        "joint_states": JointState,
+        "flexsim_node/elastic_state": ElasticState,
+        "flexsim_node/deformed_shape": PointCloud2,
+        "flexsim_node/elastic_layout": ElasticLayout,
+        "robot_description": String,
+        "/clock": Clock,
+        "/diagnostics": DiagnosticArray,
+    }
+    latched = ("flexsim_node/elastic_layout", "robot_description")
 
     def __init__(self, process: Background, domain: int) -> None:
-        self.process = process
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.node = rclpy.create_node("listener", context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
-        # What it says is taken from the queues, which costs a tenth of an executor's callbacks: on a busy
-        # machine who is told of a thousand states a second hears of the past.
-        self.ears = rclpy.create_node("ears", context=self.context)
-        self.subscriptions: dict[str, Any] = {}
-        self.heard: dict[str, list[Any]] = {}
-        self.listen()
+        super().__init__(process, domain)
         self._torques = self.node.create_publisher(
             Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=100)
         )
         self._by_name = self.node.create_publisher(JointState, "robot_joint_commands", QoSProfile(depth=100))
-
-    def listen(self) -> None:
-        """Subscribe anew to everything, as one who comes late."""
-        for topic, (kind, durability) in TOPICS.items():
-            self.heard[topic] = []
-            profile = QoSProfile(depth=1000)
-            if durability == "latched":
-                profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
-            if topic in self.subscriptions:
-                self.ears.destroy_subscription(self.subscriptions[topic])
-            self.subscriptions[topic] = self.ears.create_subscription(kind, topic, lambda _: None, profile)
-
-    def hear(self, timeout: float = 0.0) -> None:
-        """Take all that has come; let the executor wait so long for other work, s, and do it."""
-        self.executor.spin_once(timeout_sec=timeout)
-        for topic, subscription in self.subscriptions.items():
-            with subscription.handle:
-                while taken := subscription.handle.take_message(TOPICS[topic][0], False):
-                    self.heard[topic].append(taken[0])
-
-    def until(self, condition: Callable[[], Any], timeout: float = 40.0) -> Any:
-        """Spin until something is true, and return it."""
-        end = time.monotonic() + timeout
-        while not (found := condition()):
-            if time.monotonic() > end:
-                pytest.fail(f"it did not come: {self.process.errors.read_text()}")
-            if self.process.process.poll() is not None:
-                pytest.fail(f"the node has ended: {self.process.errors.read_text()}")
-            self.hear(0.002)
-        return found
 
     def connected(self) -> None:
         """Wait until the node hears what is sent."""
@@ -124,36 +69,9 @@ class Robot:
         """Return the simulated time of the last joint state, s."""
         return seconds(self.states()[-1])
 
-    def diagnostics(self) -> dict[str, str]:
-        """Return the values of the last diagnostics, by key; empty before the first."""
-        last = self.heard["/diagnostics"][-1:]
-        return {pair.key: pair.value for m in last for status in m.status for pair in status.values}
-
-    def close(self) -> None:
-        """End listening."""
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.ears.destroy_node()
-        rclpy.shutdown(context=self.context)
-
-
-def seconds(message: Any) -> float:
-    """Return a message's time, s."""
-    stamp = message.header.stamp
-    return stamp.sec + 1e-9 * stamp.nanosec
-
 
 @contextmanager
 def robot(folder: Path, **parameters: object) -> Iterator[Robot]:
     """Run a node with these parameters while a test lasts."""
-    environment = ros_environment()
-    process = Background(words(**parameters), environment, folder)
-    found = Robot(process, int(environment["ROS_DOMAIN_ID"]))
-    try:
+    with running(Robot, words(**parameters), folder) as found:
         yield found
-    finally:
-        found.close()
-        code = process.end()
-        errors = process.errors.read_text()
-        assert code == 0, errors
-        assert "Traceback" not in errors, errors

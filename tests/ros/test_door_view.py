@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from door_process import PATIENCE, SCENE, SMALL, Door, words
+from door_process import SCENE, SMALL, Door, words
 from flexsim.bag import Bag
 from flexsim.rerun_view.leaf import NORMALS, skins
+from listening import PATIENCE
 from processes import Background, command, flexsim, ros_environment
 
 try:

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
+from listening import PATIENCE, seconds
 from processes import Background, ros_environment
-from robot_process import PATIENCE, SCENE, robot, seconds, words
+from robot_process import SCENE, robot, words
 
 from flexsim_node import load_scene, simulate, static_equilibrium
 

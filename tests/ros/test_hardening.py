@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from listening import PATIENCE, seconds
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from robot_process import PATIENCE, Robot, robot, seconds
+from robot_process import Robot, robot
 from rosgraph_msgs.msg import Clock
 from simulation_interfaces.srv import ResetSimulation
 from simulator import Client

@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from listening import PATIENCE
 from processes import Background, ros_environment
-from robot_process import PATIENCE, Robot, words
+from robot_process import Robot, words
 
 pytestmark = pytest.mark.ros
 CONTROLLER = Path(__file__).with_name("plain_controller.py")

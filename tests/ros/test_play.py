@@ -18,10 +18,11 @@ import pytest
 import rclpy
 from flexsim.bag import Bag, BagError
 from flexsim.replay.drive import read_drive
+from listening import PATIENCE
 from processes import Background, command, flexsim, ros_environment
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from robot_process import PATIENCE, SCENE, words
+from robot_process import SCENE, words
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from door_process import PATIENCE, SCENE, SMALL, door, seconds, words
+from door_process import SCENE, SMALL, door, words
+from listening import PATIENCE, seconds
 from processes import Background, ros_environment
 
 from thermal_node import load_scene, simulate
