@@ -53,6 +53,7 @@ test: setup $(TEST_STAMP)  ## the tests
 
 lint: setup $(TEST_STAMP)  ## ruff and mypy
 	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check --quiet .
 	$(VENV)/bin/mypy
 
 setup: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP)  ## only the set-up, without tests' tools

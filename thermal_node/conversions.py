@@ -142,9 +142,7 @@ def fire_criteria(test: FireTest, time: int) -> FireCriteria:
         value=doubles([c.value for c in each]),
         limit=doubles([c.limit for c in each]),
         failed=[c.failed for c in each],
-        time_of_failure=doubles(
-            [-1.0 if c.time_of_failure is None else c.time_of_failure for c in each]
-        ),
+        time_of_failure=doubles([-1.0 if c.time_of_failure is None else c.time_of_failure for c in each]),
         verdict=test.criteria.verdict("" if test.status.ok else test.status.reason),
     )
 
@@ -221,9 +219,7 @@ def diagnostics(
     return DiagnosticArray(header=Header(stamp=stamp(round(report.time * SECOND))), status=status)
 
 
-def _status(
-    task: str, level: bytes, message: str, hardware: str, values: dict[str, Any]
-) -> DiagnosticStatus:
+def _status(task: str, level: bytes, message: str, hardware: str, values: dict[str, Any]) -> DiagnosticStatus:
     return DiagnosticStatus(
         level=level,
         name=f"thermal_node: {task}",

@@ -172,8 +172,7 @@ class FurnaceTolerance:
             )
         elif minutes >= 10.0 and self.farthest > 100.0:
             self.broken = (
-                f"at {minutes:.1f} min a furnace thermocouple is {self.farthest:.0f} °C off,"
-                " allowed 100 °C"
+                f"at {minutes:.1f} min a furnace thermocouple is {self.farthest:.0f} °C off, allowed 100 °C"
             )
         return not self.broken
 

@@ -105,9 +105,7 @@ class Measured:
         return float(np.interp(time, self.time, self.temperature))
 
 
-def checked_log(
-    time: ArrayLike, temperature: ArrayLike, longest_gap: float, where: str
-) -> Measured:
+def checked_log(time: ArrayLike, temperature: ArrayLike, longest_gap: float, where: str) -> Measured:
     """A measured furnace, refused where it can't be trusted.
 
     A gap of at most `longest_gap` s, or values that are not finite within one, are bridged
@@ -120,9 +118,7 @@ def checked_log(
     t = np.asarray(time, dtype=float)
     v = np.asarray(temperature, dtype=float)
     if t.ndim != 1 or t.shape != v.shape or len(t) < 2:
-        raise SceneError(
-            f"{where}: has {t.size} times and {v.size} temperatures; give two or more of each"
-        )
+        raise SceneError(f"{where}: has {t.size} times and {v.size} temperatures; give two or more of each")
     if not np.isfinite(t).all():
         row = int(np.flatnonzero(~np.isfinite(t))[0])
         raise SceneError(f"{where}: time {row + 1} is {t[row]}; give a finite time in s")
@@ -136,9 +132,7 @@ def checked_log(
     good = np.isfinite(v)
     if not good[0] or not good[-1]:
         row = 0 if not good[0] else len(v) - 1
-        raise SceneError(
-            f"{where}: temperature {row + 1} is {v[row]}; the first and the last must be finite"
-        )
+        raise SceneError(f"{where}: temperature {row + 1} is {v[row]}; the first and the last must be finite")
     kept, values = t[good], v[good]
     wide = np.flatnonzero(np.diff(kept) > longest_gap)
     if len(wide):
@@ -148,9 +142,7 @@ def checked_log(
             f" {longest_gap:g} s; give values there or a longer longest_gap to bridge it straight"
         )
     if values.min() < -273.15 or values.max() > 3000.0:
-        raise SceneError(
-            f"{where}: goes from {values.min():g} to {values.max():g}; give degrees Celsius"
-        )
+        raise SceneError(f"{where}: goes from {values.min():g} to {values.max():g}; give degrees Celsius")
     return Measured(kept, values)
 
 

@@ -164,9 +164,7 @@ def _precondition(alpha: float, x: Array, plane: int, k: Krylov) -> float:
     rz = _backward(k.pivot[s:n], k.lower[n : n + plane], k.z[s:n], k.z[s:n], k.r[s:n])
     for s in range(n - 2 * plane, -1, -plane):
         e = s + plane
-        rz += _backward(
-            k.pivot[s:e], k.lower[e : e + plane], k.z[e : e + plane], k.z[s:e], k.r[s:e]
-        )
+        rz += _backward(k.pivot[s:e], k.lower[e : e + plane], k.z[e : e + plane], k.z[s:e], k.r[s:e])
     return rz
 
 
@@ -227,9 +225,7 @@ def _multiply(nx: int, plane: int, k: Krylov) -> float:
 
 
 @njit(cache=True, fastmath=FAST)
-def conjugate_gradients(
-    x: Array, nx: int, plane: int, k: Krylov, tolerance: float, most: int
-) -> int:
+def conjugate_gradients(x: Array, nx: int, plane: int, k: Krylov, tolerance: float, most: int) -> int:
     """Solve for x (written from zero) with k.r holding the right side; iterations taken.
 
     `tolerance` bounds the preconditioned residual relative to that at the start. A result of

@@ -56,7 +56,5 @@ SDIRK2 = Method(
     couple=((), (1.0 - _D,)),
     weight=(1.0 - _D, _D),
 )
-IMPLICIT_EULER = Method(
-    order=1, explicit=False, diagonal=1.0, time=(1.0,), couple=((),), weight=(1.0,)
-)
+IMPLICIT_EULER = Method(order=1, explicit=False, diagonal=1.0, time=(1.0,), couple=((),), weight=(1.0,))
 METHODS = {"tr_bdf2": TR_BDF2, "sdirk2": SDIRK2, "implicit_euler": IMPLICIT_EULER}

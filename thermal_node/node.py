@@ -59,9 +59,7 @@ class ThermalNode(Node):
         try:
             super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
         except ValueError:  # rclpy knows no such value
-            raise SettingError(
-                "a parameter is nothing, or an empty list; give it a value"
-            ) from None
+            raise SettingError("a parameter is nothing, or an empty list; give it a value") from None
         given = self.settings = self._read_parameters()
         scene = load_burning(given)
         begun = time.monotonic()
@@ -94,9 +92,7 @@ class ThermalNode(Node):
             bent=lambda bent: deflections.publish(conversions.leaf_deflection(bent)),
         )
         hearing = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self.create_subscription(
-            Temperature, "furnace/measured_temperature", self._on_measured, hearing
-        )
+        self.create_subscription(Temperature, "furnace/measured_temperature", self._on_measured, hearing)
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self.publish_diagnostics, clock=steady)
         self._said = ""
@@ -192,9 +188,7 @@ class ThermalNode(Node):
         if report.phase != self._said:
             self._said = report.phase
             if report.phase == "stopped":
-                self.get_logger().error(
-                    f"{name} {report.status}; its last good state is published on"
-                )
+                self.get_logger().error(f"{name} {report.status}; its last good state is published on")
             elif report.phase == "ended":
                 self.get_logger().info(f"{name} ended at {report.exposure:g} s: {report.verdict}")
 
@@ -210,9 +204,7 @@ def load_burning(given: Settings) -> Scene:
     return scene
 
 
-def output(
-    test: FireTest, every: int, publisher: Any, convert: Callable[[FireTest, int], Any]
-) -> Output:
+def output(test: FireTest, every: int, publisher: Any, convert: Callable[[FireTest, int], Any]) -> Output:
     """Publish what `convert` makes of the test, every so many ticks."""
     return Output(every, lambda time: publisher.publish(convert(test, time)))
 

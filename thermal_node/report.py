@@ -42,9 +42,7 @@ def criteria_table(run: Run) -> list[tuple[str, str, str, str]]:
     for c in run.criteria:
         factor, unit = (1e3, "mm") if c.unit == "m" else (1.0, c.unit)
         when = "holds" if c.time_of_failure is None else f"{c.time_of_failure / 60.0:.1f} min"
-        rows.append(
-            (c.name, f"{factor * c.value:.1f} {unit}", f"{factor * c.limit:g} {unit}", when)
-        )
+        rows.append((c.name, f"{factor * c.value:.1f} {unit}", f"{factor * c.limit:g} {unit}", when))
     return rows
 
 
@@ -178,8 +176,7 @@ def _html(run: Run, name: str, pictures: dict[str, bytes]) -> str:
     def table(rows: list[Any], head: tuple[str, ...] = ()) -> str:
         top = "".join(f"<th>{html.escape(h)}</th>" for h in head)
         body = "".join(
-            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
-            for row in rows
+            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
         )
         return f"<table><tr>{top}</tr>{body}</table>" if top else f"<table>{body}</table>"
 

@@ -28,9 +28,7 @@ class SceneError(ValueError):
     """A scene that can't be simulated: FILE:LINE: key: what is wrong; what would be right."""
 
 
-def load_scene(
-    scene: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None
-) -> Scene:
+def load_scene(scene: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Scene:
     """Read and check a fire door's scene.
 
     Parameters
@@ -52,9 +50,7 @@ def load_scene(
     if document.get("model") != "fire_door":
         line = _line(document, ("model",)) or 1
         where = source if isinstance(scene, Mapping) else f"{source}:{line}"
-        raise SceneError(
-            f"{where}: model: is {document.get('model')!r}; give 'fire_door' for a fire door"
-        )
+        raise SceneError(f"{where}: model: is {document.get('model')!r}; give 'fire_door' for a fire door")
     plain = _plain(document)
     for key, value in (overrides or {}).items():
         _override(plain, key, _plain(value))
@@ -77,9 +73,7 @@ def _read(path: Path) -> Mapping[str, Any]:
     try:
         size = path.stat().st_size
         if not path.is_file() or size > LARGEST_FILE:  # a device may never end, a pipe never begin
-            raise SceneError(
-                f"{path}: is no file of at most {LARGEST_FILE} bytes; give a YAML file"
-            )
+            raise SceneError(f"{path}: is no file of at most {LARGEST_FILE} bytes; give a YAML file")
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise SceneError(f"{path}: no such file; give the path of a scene") from None
@@ -142,8 +136,7 @@ def _override(document: dict[str, Any], key: str, value: Any) -> None:
         if isinstance(place, list):
             if not part.isdigit() or int(part) >= len(place):
                 raise SceneError(
-                    f"override {key}: no {part!r} in {'.'.join(parts[:n])};"
-                    f" give 0 to {len(place) - 1}"
+                    f"override {key}: no {part!r} in {'.'.join(parts[:n])}; give 0 to {len(place) - 1}"
                 )
             if last:
                 place[int(part)] = value

@@ -80,16 +80,13 @@ class Property(Part):
         if len(self.temperature) != len(self.value):
             raise Misplaced(
                 ("value",),
-                f"has {len(self.value)} entries for {len(self.temperature)} temperatures;"
-                " give one for each",
+                f"has {len(self.value)} entries for {len(self.temperature)} temperatures; give one for each",
             )
         if len(self.temperature) < 2:
             raise Misplaced(("temperature",), "has one entry; give two or more, or one number")
         for i, (a, b) in enumerate(zip(self.temperature, self.temperature[1:], strict=False)):
             if not b > a:
-                raise Misplaced(
-                    ("temperature", i + 1), f"is {b:g} after {a:g}; give increasing temperatures"
-                )
+                raise Misplaced(("temperature", i + 1), f"is {b:g} after {a:g}; give increasing temperatures")
         return self
 
     def lowest(self) -> float:
@@ -212,9 +209,7 @@ class FurnacePart(Part):
             if (self.file is None) == (self.time is None):
                 raise ValueError("has no measurement; give file, or time and temperature")
         elif self.temperature is not None or self.time is not None or self.file is not None:
-            raise ValueError(
-                f"has a {self.curve} curve and a temperature; give curve: constant or measured"
-            )
+            raise ValueError(f"has a {self.curve} curve and a temperature; give curve: constant or measured")
         return self
 
 
@@ -363,8 +358,7 @@ class Scene(Part):
 
     def _materials_known(self) -> None:
         used: list[tuple[tuple[str | int, ...], str]] = [
-            (("leaf", "layers", i, "material"), layer.material)
-            for i, layer in enumerate(self.leaf.layers)
+            (("leaf", "layers", i, "material"), layer.material) for i, layer in enumerate(self.leaf.layers)
         ]
         if self.leaf.rim is not None:
             used.append((("leaf", "rim", "material"), self.leaf.rim.material))
@@ -386,9 +380,7 @@ class Scene(Part):
         for section in ("mesh", "deformation"):
             given = getattr(self, section).layers
             if given is not None and len(given) != layers:
-                raise Misplaced(
-                    (section, "layers"), f"has {len(given)} entries; give one a layer: {layers}"
-                )
+                raise Misplaced((section, "layers"), f"has {len(given)} entries; give one a layer: {layers}")
         rim = self.leaf.rim
         if rim is not None:
             if 2.0 * rim.thickness >= min(self.leaf.width, self.leaf.height):
@@ -407,8 +399,7 @@ class Scene(Part):
                 if y is not None and abs(y) > 0.5 * self.leaf.height:
                     raise Misplaced(
                         ("deformation", key),
-                        f"has {y:g}, off the leaf; give at most {0.5 * self.leaf.height:g}"
-                        " m from its centre",
+                        f"has {y:g}, off the leaf; give at most {0.5 * self.leaf.height:g} m from its centre",
                     )
         half = (0.5 * self.leaf.width, 0.5 * self.leaf.height, self.leaf.thickness)
         for name, point in self.probes.points.items():

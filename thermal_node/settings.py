@@ -38,12 +38,8 @@ class Settings:
     time_scale: float = _setting(1.0, "simulated over real time; 0.0 or .inf: as fast as it goes")
     duration: float = _setting(0.0, "s after which the test ends and time stands; 0.0: never")
     publish_clock: bool = _setting(False, "whether to publish /clock")
-    wait_for_furnace: bool = _setting(
-        False, "whether time stands still until the first measured temperature"
-    )
-    furnace_timeout: float = _setting(
-        10.0, "s without a measured temperature after which it is called stale"
-    )
+    wait_for_furnace: bool = _setting(False, "whether time stands still until the first measured temperature")
+    furnace_timeout: float = _setting(10.0, "s without a measured temperature after which it is called stale")
     override: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -64,9 +60,7 @@ class Settings:
 
 def meanings() -> dict[str, tuple[Any, str]]:
     """Default and meaning of every parameter by name, without the overrides."""
-    return {
-        f.name: (f.default, f.metadata["meaning"]) for f in fields(Settings) if f.name != "override"
-    }
+    return {f.name: (f.default, f.metadata["meaning"]) for f in fields(Settings) if f.name != "override"}
 
 
 def settings(given: Mapping[str, Any]) -> Settings:
@@ -81,9 +75,7 @@ def settings(given: Mapping[str, Any]) -> Settings:
     override: dict[str, Any] = {}
     for name, value in given.items():
         if name.startswith(OVERRIDE):
-            override[name[len(OVERRIDE) :]] = (
-                value.tolist() if isinstance(value, array.array) else value
-            )
+            override[name[len(OVERRIDE) :]] = value.tolist() if isinstance(value, array.array) else value
         else:
             values[name] = _checked(name, value, known)
     found = Settings(**values, override=override)
@@ -101,9 +93,7 @@ def settings(given: Mapping[str, Any]) -> Settings:
     if not 1e-4 <= found.rate <= 1e3:
         raise SettingError(f"rate is {found.rate:g}; give 0.0001 to 1000 Hz")
     if not 1e-6 <= found.field_rate <= found.rate:
-        raise SettingError(
-            f"field_rate is {found.field_rate:g}; give Hz, at most rate: {found.rate:g}"
-        )
+        raise SettingError(f"field_rate is {found.field_rate:g}; give Hz, at most rate: {found.rate:g}")
     ticks = found.rate / found.field_rate
     if abs(ticks - found.field_every) > WHOLE * ticks:
         raise SettingError(

@@ -39,18 +39,14 @@ def read_thermocouple_log(path: str | Path) -> ThermocoupleLog:
     if len(rows) < 3:
         raise SceneError(f"{path}: has {len(rows)} lines; give a header and two or more readings")
     header = [cell.strip() for cell in rows[0]]
-    columns = {
-        name: np.array([_number(row, i) for row in rows[1:]]) for i, name in enumerate(header)
-    }
+    columns = {name: np.array([_number(row, i) for row in rows[1:]]) for i, name in enumerate(header)}
     time_name = next((name for name in header if name.lower() in TIME), None)
     if time_name is None:
         raise SceneError(f"{path}:1: has columns {', '.join(header)}; give one called time, in s")
     time = columns.pop(time_name)
     wrong = np.flatnonzero(~np.isfinite(time) | (np.diff(time, prepend=-np.inf) <= 0.0))
     if len(wrong):
-        raise SceneError(
-            f"{path}:{wrong[0] + 2}: time is {time[wrong[0]]:g}; give times that increase"
-        )
+        raise SceneError(f"{path}:{wrong[0] + 2}: time is {time[wrong[0]]:g}; give times that increase")
     furnace_name = next((name for name in columns if name.lower() in FURNACE), None)
     furnace = columns.pop(furnace_name) if furnace_name else None
     return ThermocoupleLog(time, columns, furnace)

@@ -113,9 +113,7 @@ class Deformation:
         key = np.array([[-x, -y, t], [x, -y, t], [-x, y, t], [x, y, t], [0.0, 0.0, t]])
         w = self.displacement_at(key)[:, 2]
         gaps = {
-            name: float(
-                np.abs(self.displacement_at(np.c_[points, np.full(len(points), t)])[:, 2]).max()
-            )
+            name: float(np.abs(self.displacement_at(np.c_[points, np.full(len(points), t)])[:, 2]).max())
             for name, points in self._edges.items()
         }
         return Deflection(
@@ -186,9 +184,7 @@ def _half_line(size: float, count: int, scene: Scene) -> Array:
     rim = scene.leaf.rim
     if rim is None:
         return np.linspace(0.0, 0.5 * size, count + 1, dtype=np.float64)
-    return np.append(
-        graded_from_end(0.5 * size - rim.thickness, max(count - 1, 1), FIRST_BRICK), 0.5 * size
-    )
+    return np.append(graded_from_end(0.5 * size - rim.thickness, max(count - 1, 1), FIRST_BRICK), 0.5 * size)
 
 
 def _bricks(

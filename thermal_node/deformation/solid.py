@@ -79,9 +79,7 @@ class SolidLeaf:
             ratio[mine] = material.poissons_ratio
         stiffness, load = stiffness_and_load(self.size, modulus, ratio, strain)
         count = 3 * len(self.nodes)
-        matrix = coo_matrix(
-            (stiffness.ravel(), (self._rows, self._columns)), shape=(count, count)
-        ).tocsc()
+        matrix = coo_matrix((stiffness.ravel(), (self._rows, self._columns)), shape=(count, count)).tocsc()
         force = np.bincount(self._dof.ravel(), weights=load.ravel(), minlength=count)
         u = np.zeros(count)
         u[self._free] = _solve(matrix[self._free][:, self._free], force[self._free])
@@ -89,9 +87,7 @@ class SolidLeaf:
 
 
 def _solve(matrix: csc_matrix, force: Array) -> Array:
-    factor = splu(
-        matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+    factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     return np.asarray(factor.solve(force))
 
 
