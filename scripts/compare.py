@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .terminal.output_file import OutputFile
 from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
 
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
 @click.option("--exact", is_flag=True, help="Fail where anything differs by a single bit.")
 @click.option("--tolerance", type=click.FloatRange(0.0), metavar="PART",
               help="Fail where a field differs by more than this part of its greatest value.")  # fmt: skip
-@click.option("--plot", type=click.Path(dir_okay=False), metavar="FILE.png",
+@click.option("--plot", type=OutputFile(".png", ".svg", ".pdf"), metavar="FILE.png",
               help="Draw both runs and what is between them.")  # fmt: skip
-@click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.rrd",
+@click.option("--save", type=OutputFile(".rrd"), metavar="FILE.rrd",
               help="Write a rerun recording with both robots.")  # fmt: skip
 @click.option("--scale", type=click.FloatRange(0.0), default=20.0, show_default=True,
               help="Factor on displacements in the recording.")  # fmt: skip
@@ -49,8 +50,15 @@ def command(
       flexsim compare run again
       flexsim compare run again --plot difference.png --save both.rrd
     """
-    from .comparison.saved_run import compared
+    from .bag import BagError
+    from .comparison.saved_run import compared, read
 
+    if plot or save:
+        for path in (first, second):  # said at once, not after the comparison
+            try:
+                read(Path(path), 1)
+            except BagError as problem:
+                raise BagError(f"{problem}; --plot and --save are for robots") from None
     progress = Progress()
     found, shown = compared(
         Path(first),

@@ -69,10 +69,11 @@ def describe(bag: Bag) -> dict[str, Any]:
         "bag": str(bag.path),
         "files": [file.name for file in bag.files],
         "bytes": bag.size,
-        "start": datetime.fromtimestamp(bag.start * 1e-9).astimezone().isoformat(),
+        "start": datetime.fromtimestamp(bag.start * 1e-9).astimezone().isoformat() if bag.count else None,
         "duration": round(bag.duration, 6),
         "messages": bag.count,
         "complete": bag.complete,
+        "damages": [str(damage) for damage in bag.damages],
         "topics": {
             topic.name: {
                 "type": topic.type,
@@ -110,8 +111,10 @@ def print_info(found: dict[str, Any]) -> None:
     """Print the table of a bag's topics."""
     title = (
         f"{found['bag']}: {found['messages']} messages, {found['bytes'] / 1e6:.1f} MB, "
-        f"{found['duration']:.1f} s from {found['start']}"
+        f"{found['duration']:.1f} s"
     )
+    if found["start"]:
+        title += f" from {found['start']}"
     read = "elapsed" in found
     columns = ["topic", "type", "messages", "rate, Hz"]
     columns += ["jitter, ms", "longest, ms", "gaps", "lost"] if read else []
@@ -131,7 +134,10 @@ def print_info(found: dict[str, Any]) -> None:
         rows.append([*row, "; ".join(dict.fromkeys(in_words(p) for p in t["qos"]))])
     print_table(title, [*columns, "quality of service"], rows)
     if not found["complete"]:
-        click.echo("The end of this bag is missing; what is shown could be read.", err=True)
+        click.echo("This bag is damaged or has no end; what is shown could be read.", err=True)
+        for damage in found.get("damages", [])[:MOST_PRINTED]:
+            click.echo(f"  {damage}", err=True)
+        click.echo(f"flexsim recover {found['bag']} makes it whole for other tools.", err=True)
 
 
 def print_findings(seen: Examination) -> None:
@@ -143,7 +149,9 @@ def print_findings(seen: Examination) -> None:
             rows.append([when, kind, f.what])
         if len(findings) > MOST_PRINTED:
             rows.append(["", kind, f"and {len(findings) - MOST_PRINTED} more; --json lists them"])
-    if rows:
+    if not seen.timings or not any(t.count for t in seen.timings.values()):
+        click.echo("It holds no messages.")
+    elif rows:
         print_table("What was not as it should be", ["when, s", "kind", "what"], rows)
     else:
         click.echo("Nothing that was recorded went wrong: no gaps, no jumps, no warnings.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .terminal.output_file import OutputFile
 from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("bag", type=click.Path())
-@click.option("-o", "--output", type=click.Path(dir_okay=False), metavar="FILE.html",
+@click.option("-o", "--output", type=OutputFile(".html", ".htm"), metavar="FILE.html",
               help="Where to write; else the bag's name and .html, here.")  # fmt: skip
 @click.option("--scene", type=click.Path(), metavar="SCENE.yaml",
               help="The robot's scene, for stresses and frequencies; else the one in the bag.")  # fmt: skip
@@ -40,8 +41,6 @@ def command(bag: str, output: str | None, scene: str | None, as_json: bool) -> N
     if not opened.count:
         raise click.ClickException(f"{bag} holds no messages to report on")
     target = Path(output) if output else Path(f"{opened.path.resolve().stem}.html")
-    if not target.absolute().parent.is_dir():
-        raise click.ClickException(f"{target.parent} does not exist; make it first")
     if scene is not None and not Path(scene).is_file():
         raise click.ClickException(f"{scene} does not exist; give a scene's YAML file")
     progress = Progress()
@@ -62,11 +61,11 @@ def command(bag: str, output: str | None, scene: str | None, as_json: bool) -> N
 
 def look(bag: Bag, scene: Path | None, progress: Progress) -> tuple[dict[str, Any], list[Section]]:
     """Return figures and sections of all that a bag holds."""
-    from .bag_report.door import door_part, has_door
+    from .bag_report import door, robot
     from .bag_report.health import health_part
     from .bag_report.model import scene_of
     from .bag_report.page import Section
-    from .bag_report.robot import has_robot, robot_part
+    from .bag_report.reading import Reading
     from .health.examination import examine
     from .info import describe
 
@@ -76,16 +75,28 @@ def look(bag: Bag, scene: Path | None, progress: Progress) -> tuple[dict[str, An
     }
     found |= {"robot": None, "door": None}
     sections: list[Section] = []
-    seen = examine(bag, lambda n: progress.show(f"{n} of {bag.count} messages read"))
-    if has_robot(bag):
-        progress.show("the robot's motion")
+    has_robot, has_door = robot.has_robot(bag), door.has_door(bag)
+    model, why_not, stresses = None, "", None
+    wanted: dict[str, list[str]] = {}
+    if has_robot:
         model, why_not = scene_of(bag, scene)
-        part = robot_part(bag, model, why_not)
+        stresses = robot.stress_of(bag, model)
+        wanted |= robot.fields(bag)
+    if has_door:
+        wanted |= door.fields(bag)
+    reading = Reading(bag, wanted)
+    takers = [*reading.takers().items()]
+    if stresses is not None:
+        takers.append((stresses.topic, stresses.add))
+    seen = examine(bag, lambda n: progress.show(f"{n} of {bag.count} messages read"), takers)
+    if has_robot:
+        progress.show("the robot's motion")
+        part = robot.robot_part(reading, model, why_not, stresses)
         sections += part.sections
         found["robot"] = {"scene": None if model is None else model.name} | part.figures
-    if has_door(bag):
+    if has_door:
         progress.show("the door's curves")
-        parts, figures = door_part(bag)
+        parts, figures = door.door_part(reading)
         sections += parts
         found["door"] = figures
     if not sections:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from .terminal.output_file import OutputFile
 from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
 from .terminal.stop import stopped_by_signals
@@ -18,7 +19,7 @@ APPLICATION = "flexsim"
 
 @click.command()
 @click.argument("source", metavar="BAG|SCENE", type=click.Path())
-@click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.rrd",
+@click.option("--save", type=OutputFile(".rrd"), metavar="FILE.rrd",
               help="Write a rerun recording instead of opening a viewer.")  # fmt: skip
 @click.option("--serve", is_flag=True, help="Serve a viewer elsewhere on this host instead.")
 @click.option("--web", is_flag=True, help="Serve a web page on this host that shows it in a browser.")
@@ -82,6 +83,8 @@ def view_bag(
 
     begun = time.monotonic()
     bag = Bag(path)
+    # What goes wrong is said once, by this program.
+    os.environ.setdefault("RUST_LOG", "off")
 
     import rerun as rr
 
@@ -96,9 +99,11 @@ def view_bag(
             f"{at:.0f} of {bag.duration:.0f} s read"))  # fmt: skip
         recording.flush()
         progress.clear()
-    except BaseException:
+    except BaseException as problem:
         target.discard()
         target.close()
+        if save and isinstance(problem, RuntimeError) and "File-writer" in str(problem):
+            raise OSError(f"{save} can't be written to its end: {viewer.why_not_written(save)}") from None
         raise
     if not bag.complete:
         click.echo(f"{path} is damaged or has no end; shown is what could be read", err=True)

@@ -96,16 +96,17 @@ class Layout:
         places = self.places.get(name, [])
         return bool(places) and places[0].count is not None and places[0].dtype in DTYPES.values()
 
-    def cut(self, name: str, messages: Messages, type_name: str) -> NDArray[Any]:
+    def cut(self, name: str, messages: Messages, type_name: str, views: bool = False) -> NDArray[Any]:
         """Return a field of messages that have this layout."""
         if name not in self.places and (part := PART.match(name)) and self.is_array(part["name"]):
-            return column(messages, self.places[part["name"]][0].part(part["first"], part["last"]))
+            place = self.places[part["name"]][0].part(part["first"], part["last"])
+            return column(messages, place, views)
         if name not in self.places:
             there = ", ".join(self.places)
             raise BagError(f"{type_name} has no field '{name}'; it has {there}")
         places = self.places[name]
         if places and places[0].dtype in DTYPES.values():
-            return column(messages, places[0])
+            return column(messages, places[0], views)
         texts = [text(messages, place) for place in places]
         cells = np.empty(len(messages), dtype=object)
         if name not in self.listed:
@@ -117,6 +118,10 @@ class Layout:
         for i in range(len(messages)):
             cells[i] = [t[i] for t in texts]
         return cells
+
+
+# Which of some messages share a layout, None where all do; the layout; and they.
+Group = tuple[NDArray[np.intp] | None, Layout, Messages]
 
 
 def parse(root: str, text: str) -> dict[str, list[Member]]:
@@ -161,9 +166,14 @@ class Decoder:
         self.type = type_name
         self.types = parse(type_name, schema)
         self._layouts: dict[int, list[Layout]] = {}
+        self._sorted: tuple[Messages, list[Group]] | None = None
 
-    def columns(self, messages: list[bytes] | Messages, fields: list[str]) -> dict[str, NDArray[Any]]:
+    def columns(
+        self, messages: list[bytes] | Messages, fields: list[str], *, views: bool = False
+    ) -> dict[str, NDArray[Any]]:
         """Return some fields of K messages.
+
+        views : whether numbers may be views of the messages' buffer, which then lives as long as they do
 
         Returns
         -------
@@ -179,7 +189,7 @@ class Decoder:
         columns: dict[str, NDArray[Any]] = {}
         for index, layout, some in self.groups(found):
             for name in fields:
-                cut = layout.cut(name, some, self.type)
+                cut = layout.cut(name, some, self.type, views)
                 if index is None:  # all are alike
                     columns[name] = cut
                     continue
@@ -190,7 +200,7 @@ class Decoder:
                 columns[name][index] = cut
         return columns
 
-    def groups(self, messages: Messages) -> list[tuple[NDArray[np.intp] | None, Layout, Messages]]:
+    def groups(self, messages: Messages) -> list[Group]:
         """Sort messages by shape.
 
         Returns
@@ -198,9 +208,12 @@ class Decoder:
         list of (index (k,) or None, Layout, Messages)
             Which messages share the layout; None where all do.
         """
-        found: list[tuple[NDArray[np.intp] | None, Layout, Messages]] = []
+        found: list[Group] = []
         if not len(messages):
             return found
+        # Whoever reads a bag for several purposes asks for the same messages several times.
+        if self._sorted is not None and self._sorted[0] is messages:
+            return self._sorted[1]
         sizes = messages.size
         for size in [int(sizes[0])] if (sizes == sizes[0]).all() else np.unique(sizes).tolist():
             index = np.flatnonzero(sizes == size)
@@ -219,6 +232,7 @@ class Decoder:
                 if fits.any():
                     found.append((index[fits], layout, some[fits]))
                 index = index[~fits]
+        self._sorted = messages, found
         return found
 
     def layout(self, message: bytes) -> Layout:
@@ -287,12 +301,19 @@ def read_length(message: bytes, at: int, layout: Layout) -> tuple[int, int]:
     return length, at + 4
 
 
-def column(messages: Messages, place: Place) -> NDArray:
+def column(messages: Messages, place: Place, views: bool = False) -> NDArray:
     """Cut one field out of messages of one layout: (k,) for a scalar, (k, count) for an array."""
     dtype = np.dtype(f"<{place.dtype}")
     count = 1 if place.count is None else place.count
     if count == 0:
         return np.empty((len(messages), 0), dtype=dtype)
+    stride = messages.stride if views else None
+    if stride is not None:
+        values: NDArray = np.ndarray(
+            (len(messages), count), dtype, messages.buffer.data, int(messages.start[0]) + place.offset,
+            (stride, dtype.itemsize),
+        )  # fmt: skip
+        return values[:, 0] if place.count is None else values
     cut = window(messages.buffer, messages.start + place.offset, count * dtype.itemsize)
     values = np.ascontiguousarray(cut).view(dtype).reshape(len(messages), count)
     return values[:, 0] if place.count is None else values

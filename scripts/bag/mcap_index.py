@@ -9,6 +9,7 @@ from __future__ import annotations
 import mmap
 import os
 import struct
+import threading
 import zlib
 from dataclasses import dataclass, field
 from functools import partial
@@ -435,6 +436,8 @@ class ChunkReader:
         self.path = path
         self._file = path.open("rb")
         self._number = self._file.fileno()
+        # Room that is used again costs much less than new room each time.
+        self._room = threading.local()
 
     def close(self) -> None:
         """Close the file."""
@@ -442,14 +445,14 @@ class ChunkReader:
 
     def __call__(self, place: Place) -> dict[int, Messages] | Damage:
         """Return a place's messages by channel, or why they can't be read."""
-        data = os.pread(self._number, place.length + place.indices, place.offset)
+        data = self._read(place.offset, place.length + place.indices)
         damage = partial(Damage, self.path, place.offset, first=place.first, last=place.last)
         if len(data) < place.length:
             return damage("the file ends within a chunk")
         try:
             opcode, length = RECORD.unpack_from(data)
             if opcode == Opcode.MESSAGE and RECORD.size + length == place.length:
-                return by_walking(np.frombuffer(data, np.uint8))[0]
+                return by_walking(np.frombuffer(bytes(data), np.uint8))[0]
             if opcode != Opcode.CHUNK or RECORD.size + length != place.length:
                 return damage("a chunk is damaged: it does not begin where the index says")
             chunk = unpacked(data, 0, length)
@@ -457,3 +460,11 @@ class ChunkReader:
             return by_walking(chunk)[0] if found is None else found
         except BROKEN as problem:
             return damage(f"a chunk is damaged: {problem}")
+
+    def _read(self, offset: int, length: int) -> memoryview:
+        """Return what stands in the file; it holds until this thread reads again."""
+        room = getattr(self._room, "bytes", b"")
+        if len(room) < length:
+            room = self._room.bytes = bytearray(length + length // 4)
+        into = memoryview(room)[:length]
+        return into[: os.preadv(self._number, [into], offset)]

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import errno
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from mcap.opcode import Opcode
 from mcap.records import Attachment, Metadata
 
 from . import mcap_index, qos
 from .errors import BagError
-from .mcap_file import McapFile
+from .mcap_file import MAGIC, McapFile
 from .mcap_index import ChunkReader, Damage, FileIndex
 from .messages import Messages, merged
 from .metadata import BagInformation, FileInformation, TopicInformation, write_metadata
@@ -64,7 +67,7 @@ def mend(
     files = mcap_files(path)
     found = [mcap_index.read(file) for file in files]
     damages = [damage for index in found for damage in index.damages]
-    if damages and not any(index.channels for index in found):
+    if damages and not any(index.channels for index in found) and not any(map(begins, files)):
         # It may be no bag at all: nothing is written, neither here nor beside it.
         raise BagError(f"{path} holds nothing that can be read: {damages[0]}")
     folder = path if path.is_dir() else path.parent
@@ -74,16 +77,30 @@ def mend(
         output.mkdir(parents=True)
         folder = output
     results, indices = [], []
-    for number, (file, index) in enumerate(zip(files, found, strict=True)):
-        target = folder / (f"{output.name}_{number}.mcap" if output is not None else file.name)
-        result, index = mend_file(file, index, target, progress)
-        results.append(result)
-        indices.append(index)
+    try:
+        for number, (file, index) in enumerate(zip(files, found, strict=True)):
+            target = folder / (f"{output.name}_{number}.mcap" if output is not None else file.name)
+            result, index = mend_file(file, index, target, progress)
+            results.append(result)
+            indices.append(index)
+    except BaseException as problem:
+        if output is not None:  # half a copy is none
+            shutil.rmtree(output)
+        if isinstance(problem, OSError) and problem.errno == errno.ENOSPC:
+            raise BagError(f"the disk of {folder} is full; -o BAG writes elsewhere") from None
+        raise
     for leftover in (RESERVE_NAME, "metadata.yaml.part"):
         (folder / leftover).unlink(missing_ok=True)
     if path.is_dir() or output is not None:
         write_metadata(folder, information(indices))
     return results
+
+
+def begins(file: Path) -> bool:
+    """Say whether a file begins as MCAP files do, with a header that can be read."""
+    with file.open("rb") as stream:
+        start = stream.read(len(MAGIC) + 1)
+    return start == MAGIC + bytes([Opcode.HEADER])
 
 
 def mend_file(

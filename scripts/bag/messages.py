@@ -22,6 +22,9 @@ HEAD = np.dtype(
 FIELDS = HEAD.itemsize - 9
 RECORD = struct.Struct("<BQ")
 INDEX = struct.Struct("<HI")
+# CDR counts alignment from behind its four bytes of head.
+ALIGNED = 4
+SECOND = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -58,15 +61,28 @@ class Messages:
             self.sequence[which],
         )
 
+    @property
+    def stride(self) -> int | None:
+        """Bytes from each message to the next, where they are of one size and lie evenly; else None."""
+        if len(self) < 2:
+            return None
+        step = np.diff(self.start)
+        even = (step == step[0]).all() and (self.size == self.size[0]).all()
+        return int(step[0]) if even else None
+
     def compact(self) -> Messages:
-        """Return the same in a buffer that holds nothing else."""
-        ends = np.cumsum(self.size)
+        """Return the same in a buffer that holds nothing else, aligned where all are of one size."""
         size = int(self.size[0]) if len(self) else 0
         if (self.size == size).all():
-            buffer: NDArray[np.uint8] = np.array(window(self.buffer, self.start, size)).reshape(-1)
+            step = -(-(ALIGNED + size) // 8) * 8
+            buffer: NDArray[np.uint8] = np.empty(len(self) * step, dtype=np.uint8)
+            rows = buffer.reshape(len(self), step)
+            rows[:, ALIGNED : ALIGNED + size] = window(self.buffer, self.start, size)
+            start: NDArray[np.int64] = ALIGNED + step * np.arange(len(self), dtype=np.int64)
         else:
             buffer = np.frombuffer(b"".join(self.data()), dtype=np.uint8)
-        return Messages(buffer, ends - self.size, self.size, self.log_time, self.publish_time, self.sequence)
+            start = np.cumsum(self.size) - self.size
+        return Messages(buffer, start, self.size, self.log_time, self.publish_time, self.sequence)
 
     def data(self) -> list[bytes]:
         """Return the CDR of each."""
@@ -83,25 +99,30 @@ class Gathered:
     ----------
     most : int
         So many are given together.
+    size : int, bytes
+        Or so much.
     """
 
-    def __init__(self, most: int) -> None:
-        self.most = most
+    def __init__(self, most: int, size: int = 1 << 62) -> None:
+        self.most, self.size = most, size
         self._parts: list[Messages] = []
-        self._count = 0
+        self._count = self._size = 0
 
     def add(self, messages: Messages) -> Messages | None:
         """Take up messages; all so far, where they are enough to be worked on."""
         if len(messages):
             self._parts.append(messages.compact())
             self._count += len(messages)
-        return self.all() if self._count >= self.most else None
+            self._size += len(self._parts[-1].buffer)
+        return self.all() if self._count >= self.most or self._size >= self.size else None
 
     def all(self) -> Messages | None:
         """Give all that wait; None where none do."""
-        parts, self._parts, self._count = self._parts, [], 0
+        parts, self._parts, self._count, self._size = self._parts, [], 0, 0
         if not parts:
             return None
+        if len(parts) == 1:
+            return parts[0]
         before = np.cumsum([0, *[len(part.buffer) for part in parts[:-1]]])
         return Messages(
             np.concatenate([part.buffer for part in parts]),
@@ -111,6 +132,36 @@ class Gathered:
             np.concatenate([part.publish_time for part in parts]),
             np.concatenate([part.sequence for part in parts]),
         )
+
+
+class Thinner:
+    """Keeps at most one message each `period` seconds; a period of 0 keeps all."""
+
+    def __init__(self, period: float) -> None:
+        self.period = round(period * SECOND)
+        self.cell = -1  # of a fixed grid, so that jitter does not change the rate
+        self.planned = -1
+
+    def __call__(self, messages: Messages) -> Messages:
+        """Return the messages that are kept."""
+        if not self.period or not len(messages):
+            return messages
+        cells = np.maximum.accumulate(messages.log_time // self.period)
+        news = np.empty(len(cells), dtype=bool)
+        news[0] = cells[0] > self.cell
+        np.greater(cells[1:], cells[:-1], out=news[1:])
+        self.cell = max(self.cell, int(cells[-1]))
+        return messages[news]
+
+    def needs(self, last_time: int) -> bool:
+        """Say whether a chunk up to this log time may hold a message that is kept; asked in order."""
+        if not self.period:
+            return True
+        last = last_time // self.period
+        if last <= self.planned:
+            return False
+        self.planned = last
+        return True
 
 
 def of_list(data: list[bytes]) -> Messages:
@@ -162,7 +213,7 @@ def at_offsets(buffer: NDArray[np.uint8], offset: NDArray[np.int64], head: NDArr
     )
 
 
-def by_index(buffer: NDArray[np.uint8], indices: bytes) -> dict[int, Messages] | None:
+def by_index(buffer: NDArray[np.uint8], indices: bytes | memoryview) -> dict[int, Messages] | None:
     """Find a chunk's messages by its message indices; None where these do not fit the chunk.
 
     The indices carry no checksum, so each is held against the message that it names, and all

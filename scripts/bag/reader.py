@@ -22,7 +22,8 @@ from .cdr import Decoder
 from .errors import BagDamaged, BagError
 from .mcap_file import MAGIC
 from .mcap_index import ChunkReader, Damage, FileIndex, Place
-from .messages import RECORD, Messages, merged
+from .messages import RECORD, Messages, Thinner, merged
+from .table import Table, changing
 
 if TYPE_CHECKING:
     import pandas
@@ -161,28 +162,14 @@ class Bag:
         log_time : ndarray (K,), ns since the epoch
         values : dict of field to ndarray (K,) or (K, n)
         """
-        # As many as the index says, so that what is read is not held twice.
-        room, filled = 0, 0
-        times: NDArray[np.int64] = np.empty(0, np.int64)
-        values: dict[str, NDArray[Any]] = {name: np.empty(0) for name in fields}
-        for batch_times, columns in self.batches(topic, fields, period=period):
-            more = len(batch_times)
-            if not filled:
-                room = max(more, self.expected(topic, period))
-                times = np.empty(room, np.int64)
-                values = {n: np.empty((room, *v.shape[1:]), v.dtype) for n, v in columns.items()}
-            elif filled + more > room:  # the index said less
-                room = 2 * room + more
-                times = enlarged(times, filled, room)
-                values = {n: enlarged(v, filled, room) for n, v in values.items()}
-            part = slice(filled, filled + more)
-            times[part] = batch_times
-            for name, column in columns.items():
-                if column.shape[1:] != values[name].shape[1:]:
-                    raise BagError(changing(self.topic(topic), name))
-                values[name][part] = column
-            filled += more
-        return times[:filled], {name: column[:filled] for name, column in values.items()}
+        table = self.table(topic, fields, period)
+        for messages in self.read([topic], {topic: period}):
+            table.add(messages[topic])
+        return table.columns()
+
+    def table(self, topic: str, fields: list[str], period: float = 0.0) -> Table:
+        """Return an empty table of some fields of a topic, for whoever reads several topics at once."""
+        return Table(topic, self.decoder(topic), fields, self.expected(topic, period), period)
 
     def expected(self, topic: str, period: float) -> int:
         """Return about how many messages of a topic `columns` gives, by the index."""
@@ -337,7 +324,7 @@ class Bag:
 
     def _joined(self, topic: str, name: str, pieces: list[NDArray[Any]]) -> NDArray[Any]:
         if len({piece.shape[1:] for piece in pieces}) > 1:
-            raise BagError(changing(self.topic(topic), name))
+            raise BagError(changing(topic, name))
         return np.concatenate(pieces) if len(pieces) > 1 else pieces[0]
 
     def _numbers(self, file: Path, topics: list[str]) -> dict[int, str]:
@@ -381,48 +368,11 @@ class Bag:
         return topic
 
 
-def enlarged(values: NDArray[Any], filled: int, room: int) -> NDArray[Any]:
-    """Return an array with more room, that holds the same."""
-    found = np.empty((room, *values.shape[1:]), values.dtype)
-    found[:filled] = values[:filled]
-    return found
-
-
-class Thinner:
-    """Keeps at most one message each `period` seconds; a period of 0 keeps all."""
-
-    def __init__(self, period: float) -> None:
-        self.period = round(period / SECONDS)
-        self.cell = -1  # of a fixed grid, so that jitter does not change the rate
-        self.planned = -1
-
-    def __call__(self, messages: Messages) -> Messages:
-        """Return the messages that are kept."""
-        if not self.period or not len(messages):
-            return messages
-        cells = np.maximum.accumulate(messages.log_time // self.period)
-        news = np.empty(len(cells), dtype=bool)
-        news[0] = cells[0] > self.cell
-        np.greater(cells[1:], cells[:-1], out=news[1:])
-        self.cell = max(self.cell, int(cells[-1]))
-        return messages[news]
-
-    def needs(self, place: Place) -> bool:
-        """Say whether a chunk may hold a message that is kept; chunks are asked for in order."""
-        if not self.period:
-            return True
-        last = place.last // self.period
-        if last <= self.planned:
-            return False
-        self.planned = last
-        return True
-
-
 def needed(places: list[Place], numbers: dict[int, str], keep: dict[str, Thinner]) -> Iterator[Place]:
     """Give the chunks that hold wanted messages."""
     for place in places:
         inside = [t for n, t in numbers.items() if place.channels is None or n in place.channels]
-        if inside and sum(keep[topic].needs(place) for topic in inside):
+        if inside and sum(keep[topic].needs(place.last) for topic in inside):
             yield place
 
 
@@ -480,8 +430,3 @@ def file_number(path: Path) -> tuple[int, str]:
     """Return a split file's number, so that run_10 comes behind run_9."""
     last = path.stem.rpartition("_")[2]
     return (int(last) if last.isdigit() else 0, path.name)
-
-
-def changing(topic: Topic, name: str) -> str:
-    """Say that a field cannot be one array."""
-    return f"the length of '{name}' changes within {topic.name}; read its messages one by one"

@@ -14,11 +14,18 @@ from ..rerun_view.door import cold_temperature
 from . import pictures
 from .motion import Series, read
 from .page import Section
+from .reading import Reading
 
 Array = NDArray[np.float64]
 MINUTE, MILLIMETRES = 60.0, 1e3
 LIMIT = (0.76, 0.27, 0.24)
 DASHES = ("--", ":", "-.")
+FIELDS = {
+    door_bag.CRITERIA: ["criterion", "value", "limit", "failed", "time_of_failure", "verdict"],
+    door_bag.THERMOCOUPLES: ["name", "temperature"],
+    door_bag.TEMPERATURE: ["temperature"],
+    door_bag.DEFLECTION: ["bow", "edge_name", "edge_gap"],
+}
 
 
 def has_door(bag: Bag) -> bool:
@@ -31,32 +38,34 @@ def topics(bag: Bag) -> dict[str, str]:
     return door_bag.topics(bag)
 
 
-def door_part(bag: Bag) -> tuple[list[Section], dict[str, Any]]:
+def fields(bag: Bag) -> dict[str, list[str]]:
+    """Return what `door_part` needs of a bag: fields by topic."""
+    return {topic: FIELDS[kind] for kind, topic in topics(bag).items() if kind in FIELDS}
+
+
+def door_part(reading: Reading) -> tuple[list[Section], dict[str, Any]]:
     """Look at a bag's door; its sections, and figures for programs."""
-    there = topics(bag)
+    there = topics(reading.bag)
     figures: dict[str, Any] = {"verdict": None, "criteria": None, "thermocouples": None, "furnace": None,
                                "deflection": None}  # fmt: skip
 
-    def series(kind: str, fields: list[str], section: Section, what: str) -> Series | None:
+    def series(kind: str, section: Section, what: str) -> Series | None:
         if kind not in there:
             section.missing(f"{what}: the bag does not hold it.")
             return None
         try:
-            return read(bag, there[kind], fields)
+            return read(reading, there[kind], FIELDS[kind])
         except BagError as problem:
             section.missing(f"{what}: {problem}.")
             return None
 
     judged = Section("Verdict")
-    names = ["criterion", "value", "limit", "failed", "time_of_failure", "verdict"]
-    criteria = series(door_bag.CRITERIA, names, judged, "Criteria and verdict (door/criteria)")
+    criteria = series(door_bag.CRITERIA, judged, "Criteria and verdict (door/criteria)")
     curves = Section("Temperatures")
-    wires = series(door_bag.THERMOCOUPLES, ["name", "temperature"], curves,
-                   "Thermocouples (door/thermocouples)")  # fmt: skip
-    gas = series(door_bag.TEMPERATURE, ["temperature"], curves, "Furnace (furnace/temperature)")
+    wires = series(door_bag.THERMOCOUPLES, curves, "Thermocouples (door/thermocouples)")
+    gas = series(door_bag.TEMPERATURE, curves, "Furnace (furnace/temperature)")
     bent = Section("Deformation")
-    shape = series(door_bag.DEFLECTION, ["bow", "edge_name", "edge_gap"], bent,
-                   "Deformation (door/deflection)")  # fmt: skip
+    shape = series(door_bag.DEFLECTION, bent, "Deformation (door/deflection)")
     if criteria is not None:
         verdict(judged, figures, criteria)
     temperatures(curves, figures, wires, gas, criteria)

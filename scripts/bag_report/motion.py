@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
 from ..bag.cdr import Decoder
+from .reading import STAMP, Reading
 
 Array = NDArray[np.float64]
 SECOND = 1_000_000_000
-STAMP = ["header.stamp.sec", "header.stamp.nanosec"]
 STATE = "flexsim_msgs/msg/ElasticState"
 LAYOUT = "flexsim_msgs/msg/ElasticLayout"
 JOINTS = "sensor_msgs/msg/JointState"
-# A topic with more messages is thinned to these, and the report says so.
-MOST = 1_500_000
+JOINT_FIELDS = ["name", "position", "velocity", "effort"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Series:
         return even, np.stack([np.interp(even, self.time, column) for column in values.T], axis=1)
 
 
-def read(bag: Bag, topic: str, fields: list[str]) -> Series:
+def read(reading: Reading, topic: str, fields: list[str]) -> Series:
     """Read fields of a topic over simulated time, where its messages are stamped.
 
     Raises
@@ -55,17 +54,14 @@ def read(bag: Bag, topic: str, fields: list[str]) -> Series:
     BagError
         It can't be read.
     """
-    found = bag.topic(topic)
-    period = bag.duration / MOST if found.count > MOST else 0.0
-    names = bag.fields(topic)
-    stamps = STAMP if set(STAMP) <= set(names) else []
-    log, values = bag.columns(topic, [*fields, *stamps], period=period)
+    bag = reading.bag
+    log, values, period = reading.columns(topic, fields)
     if not len(log):
         raise BagError(f"{bag.path}: {topic} can't be read")
     seconds = bag.seconds(log)
-    notes = [f"every {found.count / len(log):.0f}th message of {topic}"] if period else []
+    notes = [f"every {bag.topic(topic).count / len(log):.0f}th message of {topic}"] if period else []
     time = seconds
-    if stamps:
+    if set(STAMP) <= set(values):
         stamp = values[STAMP[0]].astype(np.int64) * SECOND + values[STAMP[1]]
         if stamp.any() and (len(stamp) < 2 or np.ptp(stamp) > 0):
             part, note = longest_run(stamp)
@@ -116,7 +112,7 @@ def joint_topics(bag: Bag) -> list[str]:
     return sorted(names, key=lambda n: (not n.endswith("joint_states"), len(n), n))
 
 
-def joints(bag: Bag, topic: str) -> Joints:
+def joints(reading: Reading, topic: str) -> Joints:
     """Read joint states.
 
     Raises
@@ -124,10 +120,10 @@ def joints(bag: Bag, topic: str) -> Joints:
     BagError
         The joints change on the way.
     """
-    series = read(bag, topic, ["name", "position", "velocity", "effort"])
+    series = read(reading, topic, JOINT_FIELDS)
     names = tuple(series.values["name"][0])
     if len(set(map(tuple, series.values["name"]))) > 1:
-        raise BagError(f"{bag.path}: the joints of {topic} change on the way")
+        raise BagError(f"{reading.bag.path}: the joints of {topic} change on the way")
 
     def quantity(name: str) -> Array | None:
         values = np.asarray(series.values[name], dtype=float)

@@ -6,7 +6,6 @@ import html
 import io
 import re
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,22 +18,22 @@ SIZE = (9.0, 2.9)
 # A line is drawn with so many points: what lies between them is kept by its least and largest.
 POINTS = 1200
 HASH_SALT = "flexsim"
+DASHES = ("-", "--", ":", "-.")
 
 
 def thin(time: Array, values: Array) -> tuple[Array, Array]:
     """Return a line (K,) with at most 2 POINTS points that looks the same: of each piece its extremes."""
     if len(time) <= 2 * POINTS:
         return time, values
-    edges = np.linspace(0, len(time), POINTS + 1).astype(int)
-    keep: list[int] = [0]
-    for a, b in pairwise(edges):
-        piece = values[a:b]
-        if np.isfinite(piece).any():
-            keep += sorted({a + int(np.nanargmin(piece)), a + int(np.nanargmax(piece))})
-        else:
-            keep.append(int(a))
-    keep.append(len(time) - 1)
-    some = np.unique(keep)
+    first = np.linspace(0, len(time), POINTS + 1).astype(int)[:-1]
+    piece = np.repeat(np.arange(POINTS), np.diff(first, append=len(time)))
+    keep = [[0, len(time) - 1], first[np.logical_and.reduceat(~np.isfinite(values), first)]]
+    # Where nothing is finite a gap is left; elsewhere it counts for nothing.
+    for extreme, worst in ((np.minimum, np.inf), (np.maximum, -np.inf)):
+        known = np.where(np.isfinite(values), values, worst)
+        at = np.flatnonzero((known == extreme.reduceat(known, first)[piece]) & np.isfinite(values))
+        keep.append(at[np.diff(piece[at], prepend=-1) > 0])
+    some = np.unique(np.concatenate(keep))
     return time[some], values[some]
 
 
@@ -44,9 +43,14 @@ def plot(axes: Any, time: Array, values: Array, **style: Any) -> None:
 
 
 def lines(axes: Any, time: Array, values: Array, names: Sequence[str], **style: Any) -> None:
-    """Draw the columns (K, d), each in its colour."""
+    """Draw the columns (K, d), each in its colour; where these are used up, dashed."""
     for k, name in enumerate(names):
-        plot(axes, time, values[:, k], **{"label": name, "color": LINES[k % len(LINES)], **style})
+        own = {
+            "label": name,
+            "color": LINES[k % len(LINES)],
+            "linestyle": DASHES[k // len(LINES) % len(DASHES)],
+        }
+        plot(axes, time, values[:, k], **{**own, **style})
 
 
 def svg(draw: Callable[[Any], None], title: str, size: tuple[float, float] = SIZE) -> str:

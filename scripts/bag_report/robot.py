@@ -12,18 +12,17 @@ from flexsim_node import Scene
 from ..bag import Bag, BagError
 from ..figures.style import GHOST, INK
 from . import pictures, tracking
-from .motion import STATE, Joints, Layout, joint_topics, joints, layout
+from .motion import JOINT_FIELDS, STATE, Joints, joint_topics, joints, layout
 from .page import Section
-from .stress import LinkStress, stresses
-from .vibration import Vibration, vibration
+from .reading import Reading
+from .stress import MOST, LinkStress, Stresses
+from .vibration import TIP, Vibration, vibration
 
 MILLIMETRES, MEGAPASCALS = 1e3, 1e-6
 SECONDS = "time, s"
 SHOWN_MODES = 6
 # Of a mode's damping ratio, from which it is called uncertain.
 UNCERTAIN = 0.2
-# More elastic states are thinned for stresses, and the report says so.
-MOST_STRESSES = 400_000
 
 
 @dataclass
@@ -44,11 +43,29 @@ def state_topic(bag: Bag) -> str | None:
     return next((t.name for t in bag.topics.values() if t.type == STATE and t.count), None)
 
 
-def robot_part(bag: Bag, scene: Scene | None, why_not: str) -> RobotPart:
+def fields(bag: Bag) -> dict[str, list[str]]:
+    """Return what `robot_part` needs of a bag: fields by topic."""
+    found: dict[str, list[str]] = {}
+    topics = joint_topics(bag)
+    if topics:
+        found |= tracking.fields(bag, topics[0]) | {topics[0]: JOINT_FIELDS}
+    topic = state_topic(bag)
+    return found if topic is None else found | {topic: TIP}
+
+
+def stress_of(bag: Bag, scene: Scene | None) -> Stresses | None:
+    """Return what takes up the stresses of a bag's elastic states; None where they can't be known."""
+    topic, known = state_topic(bag), layout(bag)
+    return None if topic is None or scene is None or known is None else Stresses(bag, topic, scene, known)
+
+
+def robot_part(reading: Reading, scene: Scene | None, why_not: str, stresses: Stresses | None) -> RobotPart:
     """Look at a bag's robot.
 
     why_not : why there is no scene
+    stresses : that took up all elastic states, where they can be known
     """
+    bag = reading.bag
     part = RobotPart()
     measured = wanted = None
     topics = joint_topics(bag)
@@ -56,8 +73,8 @@ def robot_part(bag: Bag, scene: Scene | None, why_not: str) -> RobotPart:
     part.sections.append(section)
     if topics:
         try:
-            measured = joints(bag, topics[0])
-            wanted = tracking.wanted(bag, measured)
+            measured = joints(reading, topics[0])
+            wanted = tracking.wanted(reading, measured)
         except BagError as problem:
             section.missing(str(problem))
     tracked(section, part.figures, measured, wanted)
@@ -74,7 +91,7 @@ def robot_part(bag: Bag, scene: Scene | None, why_not: str) -> RobotPart:
         return part
     known = layout(bag)
     try:
-        swing = vibration(bag, topic, known, moving(measured, wanted))
+        swing = vibration(reading, topic, known, moving(measured, wanted))
     except BagError as problem:
         section = Section("Vibration")
         section.missing(str(problem))
@@ -83,7 +100,7 @@ def robot_part(bag: Bag, scene: Scene | None, why_not: str) -> RobotPart:
     else:
         part.sections.append(deflection(part.figures, swing))
         part.sections.append(vibrations(part.figures, swing, measured, scene))
-    part.sections.append(stress(part.figures, bag, topic, known, scene, why_not))
+    part.sections.append(stress(part.figures, bag.topic(topic).count, scene, why_not, stresses))
     return part
 
 
@@ -325,18 +342,16 @@ def scene_frequencies(scene: Scene | None, measured: Joints | None, time: float)
 
 
 def stress(
-    figures: dict[str, Any], bag: Bag, topic: str, known: Layout | None, scene: Scene | None, why_not: str
+    figures: dict[str, Any], count: int, scene: Scene | None, why_not: str, stresses: Stresses | None
 ) -> Section:
     """Say what the links bore."""
     section = Section("Stress")
     figures["stress"] = None
-    if scene is None or known is None:
+    if stresses is None:
         section.missing(f"Stress: {why_not if scene is None else 'the bag lacks elastic_layout'}.")
         return section
-    count = bag.topic(topic).count
-    period = bag.duration / MOST_STRESSES if count > MOST_STRESSES else 0.0
     try:
-        found: list[LinkStress] = stresses(bag, topic, scene, known, period)
+        found: list[LinkStress] = stresses.found()
     except ValueError as problem:
         section.missing(f"Stress: {problem}.")
         return section
@@ -349,8 +364,8 @@ def stress(
         "forces (3/2 of its mean, as in a rectangle), as if all met in one point. Elastic, without stress "
         "concentrations."
     )
-    if period:
-        section.say(f"From every {count / MOST_STRESSES:.0f}th elastic state.")
+    if stresses.period:
+        section.say(f"From every {count / MOST:.0f}th elastic state.")
     if any(s.assumed for s in found):
         names = ", ".join(s.link for s in found if s.assumed)
         section.say(f"{names}: given by its constants; taken as the rectangle with the same second moments.")

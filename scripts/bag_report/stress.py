@@ -12,8 +12,8 @@ Materials I, 26).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,15 @@ from flexsim_node.schema import Beam, Link
 from flexsim_node.section import section
 
 from ..bag import Bag, BagError
-from .motion import SECOND, STAMP, Layout
+from ..bag.messages import Gathered, Messages, Thinner
+from .motion import SECOND, Layout
+from .reading import STAMP
 
 # Of a rectangle's shear stress under a transverse force, over its mean.
 LARGEST_SHEAR = 1.5
+# More elastic states are thinned, and the report says so.
+MOST = 400_000
+AT_ONCE = 512
 Array = NDArray[np.float64]
 FIELDS = ["displacement", "rigid_position", *STAMP]
 Bend = tuple[Array, Array, Array]
@@ -203,48 +208,82 @@ def of_links(scene: Scene, layout: Layout, rigid_position: Array) -> list[LinkSt
     return found
 
 
-def stresses(
-    bag: Bag,
-    topic: str,
-    scene: Scene,
-    layout: Layout,
-    period: float = 0.0,
-    progress: Callable[[int], None] = lambda _: None,
-) -> list[LinkStress]:
-    """Return the largest stresses of each flexible link over a bag.
+class Stresses:
+    """The largest stresses of each flexible link over a bag, taken up as it is read.
 
-    Raises
-    ------
-    ValueError
-        The scene is not that of the bag.
+    Parameters
+    ----------
+    bag : Bag
+    topic : str, of its elastic states
+    scene : Scene
+    layout : Layout
     """
-    links: list[LinkStrain] | None = None
-    best: list[tuple[float, float, float, tuple[float, float, float, float]]] = []
-    most: list[Array] = []
-    read = 0
-    for _, columns in bag.batches(topic, FIELDS, period=period):
+
+    def __init__(self, bag: Bag, topic: str, scene: Scene, layout: Layout) -> None:
+        count = bag.topic(topic).count
+        self.period = bag.duration / MOST if count > MOST else 0.0
+        self.topic = topic
+        self._path, self._scene, self._layout = bag.path, scene, layout
+        self._decoder = bag.decoder(topic)
+        self._keep = Thinner(self.period)
+        # Many at once: a chunk alone holds too few for NumPy to be quick.
+        self._waiting = Gathered(AT_ONCE)
+        self._links: list[LinkStrain] | None = None
+        self._best: list[tuple[float, float, float, tuple[float, float, float, float]]] = []
+        self._most: list[Array] = []
+        self._problem: ValueError | BagError | None = None
+
+    def add(self, messages: Messages) -> None:
+        """Take up elastic states."""
+        ready = self._waiting.add(self._keep(messages))
+        if ready is not None:
+            self._look(ready)
+
+    def found(self) -> list[LinkStress]:
+        """Return what each link bore.
+
+        Raises
+        ------
+        ValueError
+            The scene is not that of the bag.
+        BagError
+            The elastic states do not fit their layout.
+        """
+        ready = self._waiting.all()
+        if ready is not None:
+            self._look(ready)
+        if self._problem is not None:
+            raise self._problem
+        return [
+            LinkStress(link.link.name, *self._best[n], link.place, self._most[n], link.assumed)
+            for n, link in enumerate(self._links or [])
+        ]
+
+    def _look(self, messages: Messages) -> None:
+        if self._problem is None:
+            try:
+                self._take(self._decoder.columns(messages, FIELDS))
+            except (ValueError, BagError) as problem:
+                self._problem = problem
+
+    def _take(self, columns: dict[str, NDArray[Any]]) -> None:
         displacement = np.asarray(columns["displacement"], dtype=float)
-        if displacement.shape[1] != 6 * layout.nodes:
-            raise BagError(f"{bag.path}: {topic} does not fit its layout")
+        if displacement.shape[1] != 6 * self._layout.nodes:
+            raise BagError(f"{self._path}: {self.topic} does not fit its layout")
         displacement = displacement.reshape(len(displacement), -1, 6)
-        if links is None:
-            links = of_links(scene, layout, columns["rigid_position"][0].reshape(-1, 3))
-            best = [(-1.0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))] * len(links)
-            most = [np.zeros(len(link.place)) for link in links]
+        if self._links is None:
+            first = columns["rigid_position"][0].reshape(-1, 3)
+            self._links = of_links(self._scene, self._layout, first)
+            self._best = [(-1.0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))] * len(self._links)
+            self._most = [np.zeros(len(link.place)) for link in self._links]
         time = columns[STAMP[0]] + columns[STAMP[1]] / SECOND
-        for n, link in enumerate(links):
+        for n, link in enumerate(self._links):
             axial, bending, torsion, transverse = link(displacement)
             mises = np.sqrt((axial + bending) ** 2 + 3.0 * (torsion + transverse) ** 2)
             k, p = np.unravel_index(np.nanargmax(mises), mises.shape)
-            most[n] = np.maximum(most[n], np.nanmax(mises, axis=0))
-            if mises[k, p] > best[n][0]:
+            self._most[n] = np.maximum(self._most[n], np.nanmax(mises, axis=0))
+            if mises[k, p] > self._best[n][0]:
                 parts = (
                     float(axial[k, p]), float(bending[k, p]), float(torsion[k, p]), float(transverse[k, p])
                 )  # fmt: skip
-                best[n] = (float(mises[k, p]), float(time[k]), float(link.place[p]), parts)
-        read += len(displacement)
-        progress(read)
-    return [
-        LinkStress(link.link.name, *best[n], link.place, most[n], link.assumed)
-        for n, link in enumerate(links or [])
-    ]
+                self._best[n] = (float(mises[k, p]), float(time[k]), float(link.place[p]), parts)

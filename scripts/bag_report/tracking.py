@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
-from .motion import SECOND, STAMP, Joints, joint_topics, read
+from .motion import SECOND, Joints, joint_topics, read
+from .reading import STAMP, Reading
 
 Array = NDArray[np.float64]
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
@@ -40,7 +41,29 @@ class Error:
     last: float
 
 
-def wanted(bag: Bag, measured: Joints) -> Wanted | None:
+def fields(bag: Bag, measured: str) -> dict[str, list[str]]:
+    """Return what `wanted` needs of a bag: fields by topic; measured: the joint states' topic."""
+    kinds = {t.type for t in bag.topics.values() if t.count}
+    if CONTROLLER in kinds:
+        topic = next(t.name for t in bag.topics.values() if t.type == CONTROLLER and t.count)
+        name = reference(bag, topic)
+        return {topic: ["joint_names", name]} if name else {}
+    if TRAJECTORY in kinds:  # they are few, and read one by one
+        return {}
+    found = {name: ["name", "position"] for name in joint_topics(bag) if name != measured}
+    for t in bag.topics.values():
+        if t.type == SETPOINTS and t.count and "position" in t.name:
+            found[t.name] = ["data"]
+    return found
+
+
+def reference(bag: Bag, topic: str) -> str | None:
+    """Return the field in which a controller's state says where the joints were to be."""
+    there = bag.fields(topic)
+    return next((n for n in ("reference.positions", "desired.positions") if n in there), None)
+
+
+def wanted(reading: Reading, measured: Joints) -> Wanted | None:
     """Return where the joints were to be; None where the bag does not say.
 
     Raises
@@ -50,20 +73,21 @@ def wanted(bag: Bag, measured: Joints) -> Wanted | None:
     """
     if measured.position is None:
         return None
+    bag = reading.bag
     for topic in bag.topics.values():
         if topic.type == CONTROLLER and topic.count:
-            return by_controller(bag, topic.name, measured)
+            return by_controller(reading, topic.name, measured)
     for topic in bag.topics.values():
         if topic.type == TRAJECTORY and topic.count:
             return by_trajectory(bag, topic.name, measured)
     for name in joint_topics(bag):
         if name != measured.series.topic:
-            found = by_joint_states(bag, name, measured)
+            found = by_joint_states(reading, name, measured)
             if found is not None:
                 return found
     for topic in bag.topics.values():
         if topic.type == SETPOINTS and topic.count and "position" in topic.name:
-            return by_setpoints(bag, topic.name, measured)
+            return by_setpoints(reading, topic.name, measured)
     return None
 
 
@@ -112,21 +136,20 @@ def placed(
     return result
 
 
-def by_controller(bag: Bag, topic: str, measured: Joints) -> Wanted:
+def by_controller(reading: Reading, topic: str, measured: Joints) -> Wanted:
     """Take what a joint trajectory controller of ros2_control said it wanted."""
-    there = bag.fields(topic)
-    name = next((n for n in ("reference.positions", "desired.positions") if n in there), None)
+    name = reference(reading.bag, topic)
     if name is None:
         raise BagError(f"{topic} has neither reference.positions nor desired.positions")
-    series = read(bag, topic, ["joint_names", name])
+    series = read(reading, topic, ["joint_names", name])
     places = ordered(list(series.values["joint_names"][0]), measured, topic)
     time = series.time if series.stamped else measured.simulated(series.log)
     return Wanted(topic, "controller state", placed(time, series.values[name], places, measured, time[-1]))
 
 
-def by_joint_states(bag: Bag, topic: str, measured: Joints) -> Wanted | None:
+def by_joint_states(reading: Reading, topic: str, measured: Joints) -> Wanted | None:
     """Take positions that were sent as joint states; None where they carry none."""
-    series = read(bag, topic, ["name", "position"])
+    series = read(reading, topic, ["name", "position"])
     names, values = list(series.values["name"][0]), np.asarray(series.values["position"], dtype=float)
     if values.ndim != 2 or values.shape[1] != len(names) or not names:
         return None
@@ -135,9 +158,9 @@ def by_joint_states(bag: Bag, topic: str, measured: Joints) -> Wanted | None:
     return Wanted(topic, "joint positions", placed(time, values, places, measured))
 
 
-def by_setpoints(bag: Bag, topic: str, measured: Joints) -> Wanted | None:
+def by_setpoints(reading: Reading, topic: str, measured: Joints) -> Wanted | None:
     """Take positions that were sent as plain numbers, in the joints' order."""
-    series = read(bag, topic, ["data"])
+    series = read(reading, topic, ["data"])
     values = np.asarray(series.values["data"], dtype=float)
     if values.ndim != 2 or values.shape[1] != len(measured.names):
         return None

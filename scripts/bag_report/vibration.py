@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks, welch
 
-from ..bag import Bag, BagError
+from ..bag import BagError
 from .motion import Layout, Series, read
+from .reading import Reading
 from .ringdown import RingDown, ring_downs
 
 Array = NDArray[np.float64]
@@ -44,13 +45,13 @@ class Vibration:
 
 
 def vibration(
-    bag: Bag, topic: str, layout: Layout | None, moving: tuple[Array, NDArray[np.bool_]] | None
+    reading: Reading, topic: str, layout: Layout | None, moving: tuple[Array, NDArray[np.bool_]] | None
 ) -> Vibration:
     """Read a tip's deflection and find its modes.
 
     moving : times (J,) and whether the joints were to move then, where that is known
     """
-    series = read(bag, topic, TIP)
+    series = read(reading, topic, TIP)
     off = np.asarray(series.values[TIP[0]] - series.values[TIP[1]], dtype=float)
     if off.ndim != 2 or off.shape[1] != 3 or not np.isfinite(off).all():
         raise BagError(f"{topic} holds no finite position of a tip")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
-from .aligned import SECOND, STAMPS, Columns, Stream, aligned
+from .aligned import SECOND, STAMPS, Columns, aligned
 
 # What says how the machine did, not what the robot did.
 OF_THE_MACHINE = {"diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log"}
@@ -62,19 +62,16 @@ class Difference:
         if not len(time):
             return
         if first.dtype == object:
-            # Most messages share their words, which are then one object.
-            words = list(zip(first.tolist(), second.tolist(), strict=True))
-            alike = {(id(a), id(b)): a == b for a, b in {(id(a), id(b)): (a, b) for a, b in words}.values()}
-            same = np.array([alike[id(a), id(b)] for a, b in words])
-            self._note(time, same)
+            self._note(time, same_words(first.tolist(), second.tolist()))
             return
-        a, b = first.reshape(len(time), -1), second.reshape(len(time), -1)
+        a, b = (v if v.ndim == 2 else v.reshape(len(time), -1) for v in (first, second))
         if a.shape != b.shape:
             self.exact = False
             self.largest = np.inf
             self.since = min(self.since, time[0] / SECOND) if self.since == self.since else time[0] / SECOND
             return
-        same = (bits(a) == bits(b)).all(axis=1) if a.shape[1] else np.ones(len(time), bool)
+        alike = bits(a) == bits(b)
+        same = alike.all(axis=1)
         self._note(time, same)
         if a.dtype.kind != "f":  # counts, flags and bytes are the same or not
             return
@@ -85,7 +82,7 @@ class Difference:
             return
         off = np.abs(b.astype(np.float64) - a.astype(np.float64))
         # What is not a number differs without end, unless its bits are the same.
-        off = np.where(bits(a).reshape(a.shape[0], -1) == bits(b).reshape(a.shape[0], -1), 0.0, off)
+        off = np.where(alike, 0.0, off)
         off = np.where(np.isnan(off), np.inf, off)
         self.squares += float((off**2).sum())
         worst = int(off.argmax())
@@ -103,7 +100,15 @@ class Difference:
 
 def bits(values: NDArray[Any]) -> NDArray[Any]:
     """Return numbers as whole numbers of their bits, of the same shape."""
-    return np.ascontiguousarray(values).view(f"u{values.dtype.itemsize}")
+    return values.view(f"u{values.dtype.itemsize}")
+
+
+def same_words(first: list[Any], second: list[Any]) -> NDArray[np.bool_]:
+    """Say which words, or lists of words, are the same."""
+    # Most messages share their words, which are then one object.
+    if first.count(first[0]) == len(first) and second.count(second[0]) == len(second):
+        return np.full(len(first), first[0] == second[0])
+    return np.array([a == b for a, b in zip(first, second, strict=True)])
 
 
 def differences(
@@ -134,38 +139,38 @@ def differences(
     ]
     for name in topics:
         first.topic(name), second.topic(name)
-    found: list[Difference] = []
+    compared: dict[str, tuple[list[str], list[str]]] = {}
     for name in sorted(both):
         fields = first.fields(name)
         stamp = next((s for s in STAMPS if set(s) <= set(fields)), None)
         if stamp is not None:
-            found += of_topic(first, second, name, [f for f in fields if f not in stamp], stamp, progress)
-    if not found:
+            compared[name] = [f for f in fields if f not in stamp], stamp
+    if not compared:
         raise BagError(f"{first.path} and {second.path} have no topic in common that bears stamps")
-    return found
-
-
-def of_topic(
-    first: Bag,
-    second: Bag,
-    topic: str,
-    fields: list[str],
-    stamp: list[str],
-    progress: Callable[[str, float], None],
-) -> list[Difference]:
-    """Compare a topic of two bags."""
-    found = {f: Difference(f"{topic} {f}") for f in fields} or {"": Difference(topic)}
-    pieces = aligned(Stream(first, topic, fields, stamp), Stream(second, topic, fields, stamp))
-    for piece in pieces:
+    found = {name: of_fields(name, fields) for name, (fields, _) in compared.items()}
+    for name, piece in aligned(first, second, compared):
+        if piece is None:
+            found[name] = of_fields(name, compared[name][0])
+            continue
         if len(piece.time):
-            progress(topic, piece.time[-1] / SECOND)
-        for name, difference in found.items():
+            progress(name, piece.time[-1] / SECOND)
+        for field, difference in found[name].items():
             difference.only_first += piece.only_first
             difference.only_second += piece.only_second
-            if name:
-                difference.add(piece.time, piece.first[name], piece.second[name])
+            if field and len(piece.time):
+                difference.add(piece.time, piece.first[field], piece.second[field])
             else:
                 difference.compared += len(piece.time)
+    return [difference for name in compared for difference in told(found[name])]
+
+
+def of_fields(topic: str, fields: list[str]) -> dict[str, Difference]:
+    """Return what gathers the differences of each field of a topic."""
+    return {f: Difference(f"{topic} {f}") for f in fields} or {"": Difference(topic)}
+
+
+def told(found: dict[str, Difference]) -> list[Difference]:
+    """Return what is worth telling of a topic."""
     # What is no measure and the same in both says nothing, if there is more to say.
     measures = [d for d in found.values() if d.numbers or not d.exact]
     return measures or [*found.values()][:1]

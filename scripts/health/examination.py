@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -73,7 +73,8 @@ class Examination:
             add("energy", g.at, None, g.sentence())
         for t in self.timings.values():
             for loss in t.losses:
-                what = f"{t.topic}: {loss.count} messages that were sent are not in the bag"
+                those = "message that was sent is" if loss.count == 1 else "messages that were sent are"
+                what = f"{t.topic}: {loss.count} {those} not in the bag"
                 add("lost", loss.begin, loss.end, what)
             for gap in t.gaps:
                 if gap.still:
@@ -135,10 +136,19 @@ class JointWork:
         return found, len(said.energy) - 1
 
 
-def examine(bag: Bag, progress: Callable[[int], None] = lambda _: None) -> Examination:
-    """Read all of a bag."""
+def examine(
+    bag: Bag,
+    progress: Callable[[int], None] = lambda _: None,
+    takers: Iterable[tuple[str, Callable[[Messages], Any]]] = (),
+) -> Examination:
+    """Read all of a bag.
+
+    takers : topics, and what else is to be called with all of their messages
+    """
     said = Said()
-    also: dict[str, Callable[[Messages], Any]] = {}
+    also: dict[str, list[Callable[[Messages], Any]]] = {}
+    for name, taker in takers:
+        also.setdefault(name, []).append(taker)
 
     def on_diagnostics(messages: Messages) -> None:
         for time, data in zip(bag.seconds(messages.log_time).tolist(), messages.data(), strict=True):
@@ -148,10 +158,10 @@ def examine(bag: Bag, progress: Callable[[int], None] = lambda _: None) -> Exami
     work: JointWork | None = None
     for topic in bag.topics.values():
         if topic.type == DIAGNOSTICS:
-            also[topic.name] = on_diagnostics
+            also.setdefault(topic.name, []).append(on_diagnostics)
         elif topic.type == JOINTS and topic.count and topic.name.endswith("joint_states") and work is None:
             work = JointWork(bag, topic.name)
-            also[topic.name] = work.add
+            also.setdefault(topic.name, []).append(work.add)
     found = Examination(timings(bag, also, progress), said)
     if work is not None:
         found.gained, found.energy_checked = work.gains(said)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -225,7 +225,7 @@ def jumps(time: NDArray[np.float64], stamp: NDArray[np.int64]) -> list[Jump]:
 
 def timings(
     bag: Bag,
-    also: dict[str, Callable[[Messages], Any]] | None = None,
+    also: Mapping[str, list[Callable[[Messages], Any]]] | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> dict[str, Timing]:
     """Read a bag once and return each topic's timing.
@@ -243,8 +243,8 @@ def timings(
     for messages in bag.read([*times]):
         for name, some in messages.items():
             times[name].add(some)
-            if also and name in also:
-                also[name](some)
+            for taker in (also or {}).get(name, ()):
+                taker(some)
             read += len(some)
         progress(read)
     return {name: found.timing() for name, found in times.items()}

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from ..bag import Bag, BagError
 from ..bag.diagnostics import TYPE as DIAGNOSTICS
 from ..bag.diagnostics import statuses
-from ..bag.messages import Gathered, Messages
-from ..bag.reader import Thinner
+from ..bag.messages import Gathered, Messages, Thinner
 from . import robot
 from .health import HealthPlots
 from .joints import QUANTITIES, JointPlots

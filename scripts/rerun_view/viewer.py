@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -21,6 +22,8 @@ LOOPBACK = "127.0.0.1"
 START_TIMEOUT = 60.0
 # Of the host's memory: what a server of web pages keeps for browsers that come late.
 KEPT = "50%"
+# Of a disk, bytes: where less is left it counts as full.
+SMALL = 16 * 1024 * 1024
 
 
 @dataclass
@@ -120,6 +123,12 @@ def free_port() -> int:
 def address(port: int) -> str:
     """Return the address that rerun's viewers and recordings connect to."""
     return f"rerun+http://{LOOPBACK}:{port}/proxy"
+
+
+def why_not_written(file: str) -> str:
+    """Say why a recording could not be written to its end."""
+    left = shutil.disk_usage(Path(file).absolute().parent).free
+    return "no space is left on its disk" if left < SMALL else "the file or its disk does not take more"
 
 
 def wait(duration: float | None) -> None:

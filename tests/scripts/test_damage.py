@@ -436,6 +436,18 @@ def test_what_is_no_bag_is_not_mended(name: str, tmp_path: Path) -> None:
     assert file.read_text() == "model: robot\n" * 50
 
 
+def test_killed_before_the_first_message(tmp_path: Path) -> None:
+    """What a recorder leaves that heard nothing becomes a whole bag without messages."""
+    folder = tmp_path / "run"
+    killed = BagWriter(folder)  # kept, so that nothing closes it
+    assert not Bag(folder).complete
+    mend(folder)
+    assert Bag(folder).complete
+    assert Bag(folder).count == 0
+    assert sorted(f.name for f in folder.iterdir()) == ["metadata.yaml", "run_0.mcap"]
+    del killed
+
+
 def test_damage_is_said_where_it_is_met(
     whole: tuple[bytes, list[tuple[str, int, bytes]]], tmp_path: Path
 ) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from flexsim.bag import Bag, BagWriter
 from flexsim.bag_report import motion, tracking
+from flexsim.bag_report.reading import Reading
 from made_bags import Topics, at, joint_state, stamp
 from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
@@ -117,9 +118,9 @@ def test_who_says_what_is_wanted(tmp_path: Path, say: Callable[[Topics, float, f
             say(into, t, log)
             into.write("/joint_states", joint_state(t, NAMES, wanted(t) - LAG, [0.0, 0.0], []), log)
     bag = Bag(tmp_path / "run")
-    measured = motion.joints(bag, "/joint_states")
+    measured = motion.joints(Reading(bag), "/joint_states")
     assert measured.series.stamped
-    found = tracking.wanted(bag, measured)
+    found = tracking.wanted(Reading(bag), measured)
     assert found is not None
     for error, lag in zip(tracking.errors(found, measured), LAG, strict=True):
         assert error.rms == pytest.approx(abs(lag), abs=2e-5)
@@ -135,8 +136,8 @@ def test_nobody_says_and_time_begins_anew(tmp_path: Path) -> None:
             t = (k if k < 300 else k - 300) / RATE
             into.write("/joint_states", joint_state(t, NAMES, wanted(t), [0.0, 0.0], []), k / RATE)
     bag = Bag(tmp_path / "run")
-    measured = motion.joints(bag, "/joint_states")
+    measured = motion.joints(Reading(bag), "/joint_states")
     assert len(measured.series.time) == 600
     assert "set back 1 times" in measured.series.notes[0]
     np.testing.assert_allclose(measured.position, wanted(np.arange(600) / RATE), atol=1e-12)
-    assert tracking.wanted(bag, measured) is None
+    assert tracking.wanted(Reading(bag), measured) is None

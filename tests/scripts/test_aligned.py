@@ -1,0 +1,88 @@
+"""Two bags side by side: what bears the same time is paired, whatever the order in which it was recorded."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flexsim.bag import Bag, BagWriter
+from flexsim.comparison import aligned
+from flexsim.comparison.difference import Difference, differences
+
+pytestmark = pytest.mark.ros
+SECOND = 10**9
+TEMPERATURE = "sensor_msgs/msg/Temperature"
+COUNT = 400
+
+
+def temperature(stamp: int, value: float) -> bytes:
+    head = struct.pack("<4xiII", stamp // SECOND, stamp % SECOND, 1)[4:] + b"\0"
+    body = head + bytes(-len(head) % 8) + struct.pack("<dd", value, 0.0)
+    return b"\0\1\0\0" + body
+
+
+def write(path: Path, topics: dict[str, list[tuple[int, int, float]]]) -> Bag:
+    """Write a bag of temperatures: of each topic (log time, stamp, value), in the order of log times."""
+    with BagWriter(path) as bag:
+        channels = {name: bag.add_topic(name, TEMPERATURE) for name in topics}
+        all_of_them = [(log, name, stamp, v) for name, some in topics.items() for log, stamp, v in some]
+        for log, name, stamp, value in sorted(all_of_them):
+            bag.write(channels[name], temperature(stamp, value), log)
+    return Bag(path)
+
+
+def evenly(
+    period: int, value: float = 0.0, since: int = 0, pace: float = 1.0
+) -> list[tuple[int, int, float]]:
+    """Return messages stamped evenly since a time, received at a pace."""
+    stamps = range(since + period, since + period * COUNT + 1, period)
+    return [(SECOND + round((t - since) / pace), t, value + t / SECOND) for t in stamps]
+
+
+@pytest.mark.parametrize("most", [1 << 28, 4096])
+def test_clocks_of_their_own(most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Topics are paired by stamp, though the second run was half as fast and one topic bears the wall's time.
+
+    So too where only little may wait in memory: such a topic is read once more, by itself.
+    """
+    monkeypatch.setattr(aligned, "MOST_WAITING", most)
+    monkeypatch.setattr(aligned, "AT_ONCE", 8)
+    own = 10**7
+    first = write(
+        tmp_path / "a",
+        {"/same": evenly(own), "/off": evenly(own), "/late": evenly(own), "/wall": evenly(own, since=SECOND)},
+    )
+    second = write(
+        tmp_path / "b",
+        {"/same": evenly(own, pace=0.5), "/off": evenly(own, 0.25, pace=0.5),
+         "/late": evenly(own, since=3 * SECOND, pace=0.5), "/wall": evenly(own, since=2 * SECOND, pace=0.1)},
+    )  # fmt: skip
+    found = {d.name: d for d in differences(first, second)}
+
+    def told(name: str) -> Difference:
+        return found[f"{name} temperature"]
+
+    same, off, late, wall = map(told, ("/same", "/off", "/late", "/wall"))
+    assert same.exact and (same.compared, same.only_first, same.only_second) == (COUNT, 0, 0)
+    assert (off.since, off.compared) == (own / SECOND, COUNT)
+    assert off.largest == pytest.approx(0.25)
+    assert off.rms == pytest.approx(0.25)
+    assert late.exact and (late.compared, late.only_first, late.only_second) == (100, 300, 300)
+    assert wall.exact and (wall.compared, wall.only_first, wall.only_second) == (300, 100, 100)
+    assert wall.size == pytest.approx(5.0)
+    stamp = aligned.STAMPS[0]
+    given = list(aligned.aligned(first, second, {name: (["temperature"], stamp) for name in first.topics}))
+    assert any(piece is None for _, piece in given) == (most < 1 << 28)
+
+
+def test_one_number_of_one_message(tmp_path: Path) -> None:
+    """A last bit that differs is found, with its time."""
+    changed = [
+        (log, t, np.nextafter(v, 9.0) if k == 237 else v) for k, (log, t, v) in enumerate(evenly(10**7))
+    ]
+    first, second = write(tmp_path / "a", {"/t": evenly(10**7)}), write(tmp_path / "b", {"/t": changed})
+    (found,) = (d for d in differences(first, second) if d.name == "/t temperature")
+    assert (found.exact, found.since, found.at) == (False, 2.38, 2.38)
+    assert 0.0 < found.largest < 1e-15
