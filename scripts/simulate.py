@@ -103,16 +103,18 @@ def load(path: Path, overrides: dict[str, Any]) -> Scene:
     if not is_bag(path):
         return load_scene(path, overrides)
     from .bag import Bag
-    from .replay.drive import overrides_of, parameters_in, scene_in
+    from .bag.robot import robot_in
+    from .replay.drive import overrides_of
 
     bag = Bag(path)
-    name, text = scene_in(bag)
+    robot = robot_in(bag)
+    name, text = robot.scene_name, robot.scene
     if text is None:
         raise ValueError(f"{path} does not hold its scene; give the scene's file, and --torque {path}")
     with tempfile.TemporaryDirectory(prefix="flexsim_") as folder:
         file = Path(folder) / name
         file.write_bytes(text)
-        return load_scene(file, overrides_of(parameters_in(bag)) | overrides)
+        return load_scene(file, overrides_of(robot.parameters) | overrides)
 
 
 def setting(words: str) -> tuple[str, Any]:

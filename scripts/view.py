@@ -62,6 +62,8 @@ def command(
             "there is no display to show a viewer on; --save FILE.rrd writes a recording, "
             "--web serves a page for a browser, --serve serves a viewer elsewhere on this host"
         )
+    # What goes wrong is said once, by this program.
+    os.environ.setdefault("RUST_LOG", "off")
     if live:
         view_live(path, save, serve, web, scale, rate, duration, as_json)
     else:
@@ -83,8 +85,6 @@ def view_bag(
 
     begun = time.monotonic()
     bag = Bag(path)
-    # What goes wrong is said once, by this program.
-    os.environ.setdefault("RUST_LOG", "off")
 
     import rerun as rr
 

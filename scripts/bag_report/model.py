@@ -8,7 +8,8 @@ from pathlib import Path
 from flexsim_node import Scene, load_scene
 
 from ..bag import Bag
-from ..replay.drive import overrides_of, parameters_in, scene_in
+from ..bag.robot import robot_in
+from ..replay.drive import overrides_of
 
 
 def scene_of(bag: Bag, given: Path | None) -> tuple[Scene | None, str]:
@@ -23,14 +24,15 @@ def scene_of(bag: Bag, given: Path | None) -> tuple[Scene | None, str]:
     """
     if given is not None:
         return load_scene(given), ""
-    name, text = scene_in(bag)
+    robot = robot_in(bag)
+    name, text = robot.scene_name, robot.scene
     if text is None:
         return None, "the bag does not hold its scene; name it: --scene SCENE.yaml"
     with tempfile.TemporaryDirectory(prefix="flexsim_") as folder:
         path = Path(folder) / Path(name).name
         path.write_bytes(text)
         try:
-            return load_scene(path, overrides=overrides_of(parameters_in(bag))), ""
+            return load_scene(path, overrides=overrides_of(robot.parameters)), ""
         except ValueError as problem:
             reason = str(problem).replace(str(path), name)
             return None, f"the bag's scene can't be read: {reason}; name another: --scene SCENE.yaml"

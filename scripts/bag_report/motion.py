@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
 from ..bag.cdr import Decoder
+from ..bag.robot import robot_in
 from .reading import STAMP, Reading
 
 Array = NDArray[np.float64]
 SECOND = 1_000_000_000
-STATE = "flexsim_msgs/msg/ElasticState"
-LAYOUT = "flexsim_msgs/msg/ElasticLayout"
-JOINTS = "sensor_msgs/msg/JointState"
 JOINT_FIELDS = ["name", "position", "velocity", "effort"]
 
 
@@ -106,12 +104,6 @@ class Joints:
         return np.interp(log, self.series.log, self.series.time) if self.series.stamped else log
 
 
-def joint_topics(bag: Bag) -> list[str]:
-    """Return the joint states' topics; the robot's own first."""
-    names = [t.name for t in bag.topics.values() if t.type == JOINTS and t.count]
-    return sorted(names, key=lambda n: (not n.endswith("joint_states"), len(n), n))
-
-
 def joints(reading: Reading, topic: str) -> Joints:
     """Read joint states.
 
@@ -149,7 +141,7 @@ class Layout:
 
 def layout(bag: Bag) -> Layout | None:
     """Return the robot's last layout; None where the bag has none."""
-    name = next((t.name for t in bag.topics.values() if t.type == LAYOUT and t.count), None)
+    name = robot_in(bag).layout
     last = bag.last(name) if name else None
     if name is None or last is None:
         return None

@@ -10,9 +10,10 @@ import numpy as np
 from flexsim_node import Scene
 
 from ..bag import Bag, BagError
+from ..bag.robot import robot_in
 from ..figures.style import GHOST, INK
 from . import pictures, tracking
-from .motion import JOINT_FIELDS, STATE, Joints, joint_topics, joints, layout
+from .motion import JOINT_FIELDS, Joints, joints, layout
 from .page import Section
 from .reading import Reading
 from .stress import MOST, LinkStress, Stresses
@@ -35,27 +36,22 @@ class RobotPart:
 
 def has_robot(bag: Bag) -> bool:
     """Say whether a bag holds a robot's motion."""
-    return bool(joint_topics(bag)) or state_topic(bag) is not None
-
-
-def state_topic(bag: Bag) -> str | None:
-    """Return the topic of elastic states."""
-    return next((t.name for t in bag.topics.values() if t.type == STATE and t.count), None)
+    robot = robot_in(bag)
+    return robot.joints is not None or robot.state is not None
 
 
 def fields(bag: Bag) -> dict[str, list[str]]:
     """Return what `robot_part` needs of a bag: fields by topic."""
     found: dict[str, list[str]] = {}
-    topics = joint_topics(bag)
-    if topics:
-        found |= tracking.fields(bag, topics[0]) | {topics[0]: JOINT_FIELDS}
-    topic = state_topic(bag)
-    return found if topic is None else found | {topic: TIP}
+    robot = robot_in(bag)
+    if robot.joints is not None:
+        found |= tracking.fields(bag, robot.joints) | {robot.joints: JOINT_FIELDS}
+    return found if robot.state is None else found | {robot.state: TIP}
 
 
 def stress_of(bag: Bag, scene: Scene | None) -> Stresses | None:
     """Return what takes up the stresses of a bag's elastic states; None where they can't be known."""
-    topic, known = state_topic(bag), layout(bag)
+    topic, known = robot_in(bag).state, layout(bag)
     return None if topic is None or scene is None or known is None else Stresses(bag, topic, scene, known)
 
 
@@ -68,18 +64,20 @@ def robot_part(reading: Reading, scene: Scene | None, why_not: str, stresses: St
     bag = reading.bag
     part = RobotPart()
     measured = wanted = None
-    topics = joint_topics(bag)
+    robot = robot_in(bag)
     section = Section("Tracking error")
     part.sections.append(section)
-    if topics:
+    if robot.others:
+        section.say(f"Of the bag's robots this is {robot.node}; further ones: {', '.join(robot.others)}.")
+    if robot.joints is not None:
         try:
-            measured = joints(reading, topics[0])
+            measured = joints(reading, robot.joints)
             wanted = tracking.wanted(reading, measured)
         except BagError as problem:
             section.missing(str(problem))
     tracked(section, part.figures, measured, wanted)
     part.sections.append(torques(part.figures, measured, scene))
-    topic = state_topic(bag)
+    topic = robot.state
     if topic is None:
         section = Section("Vibration and stress")
         section.missing(

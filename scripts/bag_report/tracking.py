@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
-from .motion import SECOND, Joints, joint_topics, read
+from ..bag.robot import joint_topics
+from .motion import SECOND, Joints, read
 from .reading import STAMP, Reading
 
 Array = NDArray[np.float64]
@@ -50,11 +51,18 @@ def fields(bag: Bag, measured: str) -> dict[str, list[str]]:
         return {topic: ["joint_names", name]} if name else {}
     if TRAJECTORY in kinds:  # they are few, and read one by one
         return {}
-    found = {name: ["name", "position"] for name in joint_topics(bag) if name != measured}
+    found = {name: ["name", "position"] for name in wishes(bag, measured)}
     for t in bag.topics.values():
         if t.type == SETPOINTS and t.count and "position" in t.name:
             found[t.name] = ["data"]
     return found
+
+
+def wishes(bag: Bag, measured: str) -> list[str]:
+    """Return the topics of joint states that may say where the joints were to be."""
+    # One that is named joint_states is what another robot did.
+    there = joint_topics(bag)
+    return [n for n in there if n != measured and n.rpartition("/")[2] != "joint_states"]
 
 
 def reference(bag: Bag, topic: str) -> str | None:
@@ -80,11 +88,10 @@ def wanted(reading: Reading, measured: Joints) -> Wanted | None:
     for topic in bag.topics.values():
         if topic.type == TRAJECTORY and topic.count:
             return by_trajectory(bag, topic.name, measured)
-    for name in joint_topics(bag):
-        if name != measured.series.topic:
-            found = by_joint_states(reading, name, measured)
-            if found is not None:
-                return found
+    for name in wishes(bag, measured.series.topic):
+        found = by_joint_states(reading, name, measured)
+        if found is not None:
+            return found
     for topic in bag.topics.values():
         if topic.type == SETPOINTS and topic.count and "position" in topic.name:
             return by_setpoints(reading, topic.name, measured)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
+from ..bag.robot import robot_in
 from .aligned import SECOND, STAMPS
 from .difference import Difference, arrays_of, differences
 
@@ -94,8 +95,8 @@ def read(path: Path, most: int | None = MOST) -> SavedRun:
     time: dict[str, NDArray[np.int64]] = {}
     values: dict[str, NDArray[np.float64]] = {}
     names: tuple[str, ...] = ()
-    for kind in (JOINTS, STATE):
-        topic = next((t.name for t in bag.topics.values() if t.type == kind and t.count), None)
+    robot = robot_in(bag)
+    for kind, topic in ((JOINTS, robot.joints), (STATE, robot.state)):
         if topic is None:
             continue
         quantities = {q: f for q, (k, f) in PLACES.items() if k == kind}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
+from ..bag.robot import robot_in
 
 SECOND = 1_000_000_000
-JOINTS = "sensor_msgs/msg/JointState"
 LAYOUT = "flexsim_msgs/msg/ElasticLayout"
 STAMP = ["header.stamp.sec", "header.stamp.nanosec"]
 # The initial state bears 1 ns, since zero means "no time" to ROS.
 FIRST = 1
-SCENES = (".yaml", ".yml")
 # Of a node that is driven again, these are our choice.
 CHOSEN = ("scene", "mode", "wait_for_command", "command_timeout", "use_sim_time")
 
@@ -135,33 +133,16 @@ def read_drive(bag: Bag, topic: str | None = None) -> Drive:
     torque = np.ascontiguousarray(effort[number >= 1])
     if not np.isfinite(torque).all():
         raise BagError(f"{bag.path}: an effort of {name} is not finite")
-    scene_name, scene = scene_in(bag)
-    return Drive(names, period, torque, scene_name, scene, parameters_in(bag))
+    robot = robot_in(bag)
+    return Drive(names, period, torque, robot.scene_name, robot.scene, robot.parameters)
 
 
 def joint_topic(bag: Bag) -> str:
     """Return the topic that says what the joints did."""
-    found = [t.name for t in bag.topics.values() if t.type == JOINTS and t.count]
-    states = [name for name in found if name.endswith("joint_states")]
-    if not (states or found):
+    found = robot_in(bag).joints
+    if found is None:
         raise BagError(f"{bag.path} holds no joint states, so it is not known what drove a robot")
-    return (states or found)[0]
-
-
-def scene_in(bag: Bag) -> tuple[str, bytes | None]:
-    """Return the name and the text of the scene that the recorder put into the bag."""
-    for name in bag.attachments():
-        if Path(name).suffix in SCENES:
-            return name, bag.attachment(name)
-    return "", None
-
-
-def parameters_in(bag: Bag) -> dict[str, Any]:
-    """Return the parameters of the robot's node that the recorder put into the bag."""
-    for pairs in bag.notes().values():
-        if "scene" in pairs and "elastic_rate" in pairs:
-            return {name: json.loads(value) for name, value in pairs.items()}
-    return {}
+    return found
 
 
 def node_parameters(drive: Drive, scene: Path) -> dict[str, Any]:

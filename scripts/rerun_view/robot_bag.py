@@ -14,6 +14,7 @@ from ..bag import Bag, BagError
 from ..bag.diagnostics import TYPE as DIAGNOSTICS
 from ..bag.diagnostics import statuses
 from ..bag.messages import Gathered, Messages, Thinner
+from ..bag.robot import robot_in
 from . import robot
 from .health import HealthPlots
 from .joints import QUANTITIES, JointPlots
@@ -41,11 +42,10 @@ TOGETHER = 20_000
 
 def topics(bag: Bag) -> dict[str, str]:
     """Return the robot's topics by type; empty where the bag holds no robot."""
-    found = {}
-    for kind in (STATE, LAYOUT, JOINTS, DIAGNOSTICS):
-        names = [t.name for t in bag.topics.values() if t.type == kind and t.count]
-        if names:
-            found[kind] = names[0]
+    robot = robot_in(bag)
+    said = next((t.name for t in bag.topics.values() if t.type == DIAGNOSTICS and t.count), None)
+    kinds = ((STATE, robot.state), (LAYOUT, robot.layout), (JOINTS, robot.joints), (DIAGNOSTICS, said))
+    found = {kind: name for kind, name in kinds if name is not None}
     return found if STATE in found or JOINTS in found else {}
 
 

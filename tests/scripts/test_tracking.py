@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from flexsim.bag import Bag, BagWriter
+from flexsim.bag.robot import JOINTS
 from flexsim.bag_report import motion, tracking
 from flexsim.bag_report.reading import Reading
 from made_bags import Topics, at, joint_state, stamp
@@ -57,13 +58,13 @@ def wanted(t: NDArray | float) -> NDArray:
 
 def by_joint_states(into: Topics, t: float, log: float) -> None:
     """Positions as joint states, stamped, the joints in another order."""
-    into.write("/reference", joint_state(t, NAMES[::-1], wanted(t)[::-1], [], []), log, 0, motion.JOINTS)
+    into.write("/reference", joint_state(t, NAMES[::-1], wanted(t)[::-1], [], []), log, 0, JOINTS)
 
 
 def by_unstamped(into: Topics, t: float, log: float) -> None:
     """The same, with the stamp of the wall's clock."""
     message = joint_state(1.7e9 + log, NAMES, wanted(t), [], [])
-    into.write("/reference", message, log, 0, motion.JOINTS)
+    into.write("/reference", message, log, 0, JOINTS)
 
 
 def by_numbers(into: Topics, t: float, log: float) -> None:

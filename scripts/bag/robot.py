@@ -1,0 +1,90 @@
+"""Which topics, scene and parameters of a bag belong to the same robot, where it holds several simulators."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import PurePath
+from typing import Any
+
+from .reader import Bag
+
+STATE = "flexsim_msgs/msg/ElasticState"
+LAYOUT = "flexsim_msgs/msg/ElasticLayout"
+JOINTS = "sensor_msgs/msg/JointState"
+SCENES = (".yaml", ".yml")
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot of a bag.
+
+    Attributes
+    ----------
+    node : its simulator's full name; "" where it is not known
+    joints, state, layout : its topics of joint states, elastic states and their layout, or None
+    parameters : of its simulator, as the recorder put them into the bag
+    scene_name, scene : the file that it was simulated from; None where the bag lacks it
+    others : simulators of further robots that the bag holds
+    """
+
+    node: str
+    joints: str | None
+    state: str | None
+    layout: str | None
+    parameters: dict[str, Any] = field(default_factory=dict)
+    scene_name: str = ""
+    scene: bytes | None = None
+    others: tuple[str, ...] = ()
+
+
+def robot_in(bag: Bag) -> Robot:
+    """Return a bag's robot; of several the first of which the bag has most kinds of states."""
+    notes = {node: told for node, told in bag.notes().items() if "scene" in told}
+    nodes = [node for node, told in notes.items() if "elastic_rate" in told]
+    nodes = nodes or [name.rpartition("/")[0] for name in names(bag, STATE)] or [""]
+    found = [of_node(bag, node) for node in sorted(nodes)]
+    chosen = max(found, key=lambda r: (r.state is not None) + (r.joints is not None))
+    parameters = {name: json.loads(value) for name, value in notes.get(chosen.node, {}).items()}
+    scene = PurePath(str(parameters.get("scene", ""))).name
+    files = [name for name in bag.attachments() if name.endswith(SCENES)]
+    if scene not in files:
+        # Not another simulator's.
+        taken = {PurePath(str(json.loads(told["scene"]))).name for told in notes.values()}
+        scene = next((name for name in files if name not in taken), "")
+    theirs = {topic for r in found if r is not chosen for topic in (r.joints, r.state, r.layout)}
+
+    def left(topics: list[str]) -> str | None:
+        """Return the first topic that is not another robot's."""
+        return next((topic for topic in topics if topic not in theirs), None)
+
+    return Robot(
+        chosen.node,
+        chosen.joints or left(joint_topics(bag)),
+        chosen.state or left(names(bag, STATE)),
+        chosen.layout or left(names(bag, LAYOUT)),
+        parameters,
+        scene,
+        bag.attachment(scene) if scene else None,
+        tuple(r.node for r in found if r is not chosen),
+    )
+
+
+def of_node(bag: Bag, node: str) -> Robot:
+    """Return the topics that a simulator of this name publishes, as far as the bag has them."""
+    own = f"{node.rpartition('/')[0]}/joint_states"
+    state, layout = (
+        next((name for name in names(bag, kind) if name.startswith(node + "/")), None)
+        for kind in (STATE, LAYOUT)
+    )
+    return Robot(node, own if own in names(bag, JOINTS) else None, state, layout)
+
+
+def names(bag: Bag, kind: str) -> list[str]:
+    """Return the topics of a type that hold something."""
+    return [t.name for t in bag.topics.values() if t.type == kind and t.count]
+
+
+def joint_topics(bag: Bag) -> list[str]:
+    """Return the topics of joint states, those that are named so first."""
+    return sorted(names(bag, JOINTS), key=lambda n: (not n.endswith("joint_states"), len(n), n))
