@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..terminal.child import start_child
 from ..terminal.stop import Stop
 from .drive import FIRST, SECOND, Drive
 
@@ -43,13 +44,8 @@ def node_process(
     file.write_text(json.dumps({NODE: {"ros__parameters": parameters}}), encoding="utf-8")
     log = folder / "flexsim_node.log"
     with log.open("wb") as errors:
-        child = subprocess.Popen(
-            [sys.executable, "-m", f"{NODE}.node", "--ros-args", "--params-file", str(file)],
-            stdin=subprocess.DEVNULL,
-            stdout=errors,
-            stderr=errors,
-            start_new_session=True,  # Ctrl-C is ours; the node ends when the run has
-        )
+        words = [sys.executable, "-m", f"{NODE}.node", "--ros-args", "--params-file", str(file)]
+        child = start_child(words, errors, errors)
     try:
         end = time.monotonic() + START_TIMEOUT
         while b"kernels ready" not in log.read_bytes():

@@ -23,6 +23,7 @@ from ..bag.definitions import definition
 from ..bag.diagnostics import statuses
 from ..ros.parameters import ParameterQuestion
 from ..ros.raw_topic import RawTopic
+from ..terminal.child import start_child
 from ..terminal.stop import Stop
 from . import robot
 from .bag import DOOR_SCALE, ROBOT_SCALE
@@ -109,12 +110,8 @@ def simulator(node: Node, scene: Path, stopped: Stop, kind: Kind = ROBOT) -> Ite
     executable = str(beside) if beside.exists() else shutil.which(kind.executable)
     if executable is None:
         raise RuntimeError(f"no {kind.executable} is running, and none is installed")
-    child = subprocess.Popen(
-        [executable, "--ros-args", "-p", f"scene:={scene}"],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        start_new_session=True,  # Ctrl-C is ours; the node ends when the view has
-    )
+    words = [executable, "--ros-args", "-p", f"scene:={scene}"]
+    child = start_child(words, subprocess.DEVNULL, None)
     try:
         end = time.monotonic() + START_TIMEOUT
         while not running(node, DISCOVERY_PERIOD, stopped, kind.topic):

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..terminal.child import start_child
 from ..terminal.stop import Stop
 
 # The domains of trials: people choose low ones by hand; above 101 a domain's ports reach into those that
@@ -67,14 +68,7 @@ class Process:
         self.output = folder / f"{name}.out"
         self.log = folder / f"{name}.log"
         with self.output.open("w") as out, self.log.open("w") as log:
-            self._process = subprocess.Popen(
-                words,
-                env=dict(environment),
-                stdin=subprocess.DEVNULL,
-                stdout=out,
-                stderr=log,
-                start_new_session=True,  # Ctrl-C is ours; they end when we say so
-            )
+            self._process = start_child(words, out, log, environment)
 
     @property
     def pid(self) -> int:
