@@ -15,13 +15,17 @@ LEVELS = {0: "ok", 1: "warning", 2: "error", 3: "stale"}
 
 @dataclass(frozen=True)
 class Status:
-    """One status: its level, its name, its message, its values by key, and its stamp in s."""
+    """One status: its level, its name, its message, its values by key, its stamp in s, and of what it tells.
+
+    A simulator tells of its scene, by the scene's name.
+    """
 
     stamp: float
     level: int
     name: str
     message: str
     values: dict[str, str]
+    hardware: str = ""
 
     def number(self, key: str) -> float | None:
         """Return a value as a number; None where it is none."""
@@ -64,9 +68,9 @@ def _read(data: bytes) -> Iterator[Status]:
     for _ in range(number()):
         level = data[at]
         at += 1
-        name, message, _ = text(), text(), text()
+        name, message, hardware = text(), text(), text()
         values = {}
         for _ in range(number()):
             key = text()
             values[key] = text()
-        yield Status(stamp, level, name, message, values)
+        yield Status(stamp, level, name, message, values, hardware)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import Any
@@ -13,6 +14,7 @@ STATE = "flexsim_msgs/msg/ElasticState"
 LAYOUT = "flexsim_msgs/msg/ElasticLayout"
 JOINTS = "sensor_msgs/msg/JointState"
 SCENES = (".yaml", ".yml")
+NAME = re.compile(rb"^name: *[\"']?([^\"'#\r\n]*[^\"'#\s])", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,12 @@ class Robot:
     scene_name: str = ""
     scene: bytes | None = None
     others: tuple[str, ...] = ()
+
+    @property
+    def model(self) -> str:
+        """The scene's own name; "" where it is not known."""
+        found = NAME.search(self.scene or b"")
+        return found[1].decode("utf-8", "replace") if found else ""
 
 
 def robot_in(bag: Bag) -> Robot:

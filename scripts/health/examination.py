@@ -14,11 +14,11 @@ from ..bag import Bag, BagError
 from ..bag.diagnostics import TYPE as DIAGNOSTICS
 from ..bag.diagnostics import statuses
 from ..bag.messages import Messages
+from ..bag.robot import robot_in
 from .energy import Gain, gains
 from .said import Said
 from .timing import HEADER, SECOND, Timing, timings
 
-JOINTS = "sensor_msgs/msg/JointState"
 MOTION = ["position", "effort", *HEADER]
 
 
@@ -145,7 +145,8 @@ def examine(
 
     takers : topics, and what else is to be called with all of their messages
     """
-    said = Said()
+    robot = robot_in(bag)
+    said = Said(scene=robot.model)
     also: dict[str, list[Callable[[Messages], Any]]] = {}
     for name, taker in takers:
         also.setdefault(name, []).append(taker)
@@ -159,7 +160,7 @@ def examine(
     for topic in bag.topics.values():
         if topic.type == DIAGNOSTICS:
             also.setdefault(topic.name, []).append(on_diagnostics)
-        elif topic.type == JOINTS and topic.count and topic.name.endswith("joint_states") and work is None:
+        elif topic.name == robot.joints and topic.name.endswith("joint_states"):
             work = JointWork(bag, topic.name)
             also.setdefault(topic.name, []).append(work.add)
     found = Examination(timings(bag, also, progress), said)

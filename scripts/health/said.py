@@ -62,6 +62,7 @@ class Said:
     validity : the largest of each figure
     energy : (time of the bag, simulated time, total energy) of each report, s, s, J
     steps : (time of the bag, status' own step times by key) of each report, s, µs
+    scene : the name of that whose validity, energy and steps are taken, where there are several; "": all
     """
 
     episodes: list[Episode] = field(default_factory=list)
@@ -70,8 +71,9 @@ class Said:
     validity: dict[str, Largest] = field(default_factory=dict)
     energy: list[tuple[float, float, float]] = field(default_factory=list)
     steps: list[tuple[float, dict[str, float]]] = field(default_factory=list)
-    _open: dict[str, Episode] = field(default_factory=dict)
-    _missed: dict[str, float] = field(default_factory=dict)
+    scene: str = ""
+    _open: dict[tuple[str, str], Episode] = field(default_factory=dict)
+    _missed: dict[tuple[str, str], float] = field(default_factory=dict)
 
     def add(self, time: float, statuses: Iterable[Status]) -> None:
         """Take up a message that came at a time, s since the bag's start."""
@@ -79,6 +81,8 @@ class Said:
             self.values[status.name] = status.values
             self._level(time, status)
             self._overruns(time, status)
+            if self.scene and status.hardware not in ("", self.scene):
+                continue
             if "validity" in status.name.lower():
                 self._validity(time, status)
             parts = [status.number(key) for key in ENERGIES]
@@ -105,13 +109,13 @@ class Said:
         return sum(o.count for o in self.overruns)
 
     def _level(self, time: float, status: Status) -> None:
-        running = self._open.get(status.name)
+        running = self._open.get(whose(status))
         if status.level == OK:
-            self._open.pop(status.name, None)
+            self._open.pop(whose(status), None)
             return
         if running is None or time - running.end > LONGEST_SILENCE:
             new = Episode(status.name, time, time, status.level, status.message)
-            self._open[status.name] = new
+            self._open[whose(status)] = new
             self.episodes.append(new)
             return
         running.end = time
@@ -124,9 +128,9 @@ class Said:
         if now is None:
             return
         # A count that has become less is that of a simulator that was started anew.
-        before = self._missed.get(status.name, 0.0)
+        before = self._missed.get(whose(status), 0.0)
         more = now - before if now >= before else now
-        self._missed[status.name] = now
+        self._missed[whose(status)] = now
         if more > 0:
             self.overruns.append(Overruns(time, int(more)))
 
@@ -138,6 +142,11 @@ class Said:
             known = self.validity.get(key)
             if known is None or value > known.value:
                 self.validity[key] = Largest(value, time, *limits(status.values.get(f"{key}, limits", "")))
+
+
+def whose(status: Status) -> tuple[str, str]:
+    """Return what tells a status from that of another simulator."""
+    return status.name, status.hardware
 
 
 def limits(words: str) -> tuple[float | None, float | None]:

@@ -37,7 +37,10 @@ def joint_state(time: float, names: list[str], position: Any, velocity: Any, eff
 
 
 def diagnostics(
-    time: float, statuses: Mapping[str, tuple[int, str, Mapping[str, object]]], who: str = "flexsim_node"
+    time: float,
+    statuses: Mapping[str, tuple[int, str, Mapping[str, object]]],
+    who: str = "flexsim_node",
+    hardware: str = "",
 ) -> bytes:
     """Return what a simulator says: task to level, message and values."""
     message = DiagnosticArray()
@@ -47,6 +50,7 @@ def diagnostics(
             name=f"{who}: {task}",
             level=bytes([level]),
             message=words,
+            hardware_id=hardware,
             values=[KeyValue(key=k, value=str(v)) for k, v in values.items()],
         )
         for task, (level, words, values) in statuses.items()

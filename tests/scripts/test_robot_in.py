@@ -11,9 +11,10 @@ from flexsim.bag import Bag, BagError, BagWriter
 from flexsim.bag.robot import JOINTS, LAYOUT, STATE, robot_in
 from flexsim.bag_report import motion, tracking
 from flexsim.bag_report.reading import Reading
+from flexsim.health.examination import examine
 from flexsim.replay.drive import read_drive
 from flexsim.rerun_view import robot_bag
-from made_bags import at, elastic_layout, elastic_state, joint_state
+from made_bags import at, diagnostics, elastic_layout, elastic_state, joint_state
 
 pytestmark = pytest.mark.ros
 ARM, SECOND, DOOR = "/cell/arm", "/second", "/a_door"
@@ -57,6 +58,27 @@ def test_one_robot_of_several(nodes: tuple[str, ...], tmp_path: Path) -> None:
     assert robot_bag.topics(bag)[robot_bag.JOINTS] == "/cell/joint_states"
     measured = motion.joints(Reading(bag), "/cell/joint_states")
     assert tracking.wanted(Reading(bag), measured) is None
+
+
+def test_another_robot_s_energy(tmp_path: Path) -> None:
+    """What another simulator says of its energy is not held against this robot's work."""
+    with BagWriter(tmp_path / "run") as bag:
+        joints = bag.add_topic("/cell/joint_states", JOINTS)
+        said = bag.add_topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+        for node in (ARM, SECOND):
+            bag.note(node, {"scene": json.dumps(SCENES[node]), "elastic_rate": "100.0"})
+            bag.attach(SCENES[node], "application/yaml", f"model: robot\nname: {node[1:]}  # so\n".encode())
+        for k in range(501):
+            bag.write(joints, joint_state(0.01 * k, ["a"], [0.0], [0.0], [0.0]), at(0.01 * k))
+            if k % 100 == 50:
+                for who, energy in (("cell/arm", 1.0), ("second", 5.0)):
+                    values = {f"{kind} energy, J": energy for kind in ("kinetic", "elastic", "gravitational")}
+                    told = {"energy": (0, "", values | {"overruns": 7 if who == "second" else 0})}
+                    bag.write(said, diagnostics(0.01 * k, told, hardware=who), at(0.01 * k))
+    found = examine(Bag(tmp_path / "run"))
+    assert (found.energy_checked, found.gained) == (4, [])
+    assert found.said.missed == 7
+    assert [energy for _, _, energy in found.said.energy] == [3.0] * 5
 
 
 def test_nothing_is_taken_from_a_door(tmp_path: Path) -> None:
