@@ -70,7 +70,7 @@ class Chain(NamedTuple):
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
-    reduced: np.ndarray  # (L, 12) int64: links that are one element with modes, see reduced_chain.py
+    reduced: np.ndarray  # (L, 30) int64: links that are one element with modes, see reduced_chain.py
     modal: np.ndarray  # their constants
 
 
@@ -88,8 +88,8 @@ class Workspace(NamedTuple):
     validity: np.ndarray  # (2, 3): largest values that the watch saw, and the links where
     correction: np.ndarray  # (1,): of the last Newton step, m or rad
     held: np.ndarray  # (L,) bool: joints whose motion is prescribed
-    iteration: np.ndarray  # (E, 2B, 2B): mass + scale * stiffness
-    scale: np.ndarray  # (3,): of the stiffness, of the joints' damping and of their springs
+    iteration: np.ndarray  # (E, 2B, 2B): mass + scale * stiffness, of reduced links without their modes
+    scale: np.ndarray  # (3,): of the stiffness, of the joints' damping and of their springs; -1 before any
     pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)
     spring: np.ndarray  # (L, 3): joint spring in the matrix, 1 / pivot of its motor, Coulomb force over speed
@@ -154,8 +154,8 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         validity=np.zeros((2, 3)),
         correction=np.zeros(1),
         held=np.zeros(links, dtype=np.bool_),
-        iteration=chain.mass.copy(),
-        scale=np.zeros(3),
+        iteration=np.zeros_like(chain.mass),
+        scale=np.full(3, -1.0),
         pivot=np.zeros((nodes * b, 3 * b + 1)),
         joint_pivot=np.zeros((links, 2, 2 * b + 2)),
         spring=np.zeros((links, 3)),
@@ -182,6 +182,6 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         section_answer=np.zeros((own, b)),
         pair=np.zeros((4, 2, b)),
         carrier=np.zeros((2, b, b)),
-        modal=np.zeros(buffer_length(chain.reduced, b)),
+        modal=np.zeros(buffer_length(chain.reduced)),
     )
     return by_reference(buffers._replace(**shared))

@@ -122,14 +122,14 @@ def reduced_forces(reduction, dofs, chain, work, n):
     first, force, wrench = chain.link[n, FIRST], work.force, work.wrench[n]
     alpha, beta = chain.setting[ALPHA], chain.setting[BETA]
     coriolis, spin = chain.setting[CORIOLIS] > 0.0, chain.setting[SPIN] > 0.0
-    data, own, t = chain.modal, work.modal, work.scratch
+    data, own = chain.modal, work.modal
     if len(dofs) == 3:
         planar_reduced_beam.forces(
             size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, force, wrench
         )
     else:
         spatial_reduced_beam.forces(
-            size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, force, wrench, t
+            size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, force, wrench
         )
     return True
 
@@ -146,7 +146,7 @@ def reduced_stiffness(reduction, dofs, chain, work, n, rows, scale):
     if len(dofs) == 3:
         planar_reduced_beam.stiffness_product(size, data, own, e, d, rows, first, scale, force)
     else:
-        spatial_reduced_beam.stiffness_product(size, data, own, e, d, rows, first, scale, force, work.scratch)
+        spatial_reduced_beam.stiffness_product(size, data, own, e, d, rows, first, scale, force)
     return True
 
 

@@ -36,7 +36,16 @@ from .chain import (
 from .co_moving import view
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
-from .reduced_chain import BUFFER, MODES, TENSIONS, constant_places, lanes_of, row_width
+from .reduced_chain import (
+    COUPLING,
+    MODAL_MASS,
+    MODAL_STIFFNESS,
+    MODES,
+    PIVOTS,
+    TENSIONS,
+    WIDTH,
+    lanes_of,
+)
 from .reduced_link import slope_energy
 from .spatial_kinematics import to_child
 
@@ -81,21 +90,20 @@ def element_coupling(dofs, e, d, i, coupling, inertia, t):
 def modal_energy(chain, work, n, d, rate, w, out):
     """Add a reduced link's modes to kinetic and linear elastic energy; their coupling is in their rows."""
     size, data, first, b = chain.reduced[n], chain.modal, chain.link[n, FIRST], len(chain.dofs)
-    places, width = constant_places(size, b), row_width(size, b)
     for i in range(size[MODES]):
         z, speed = d[first + 2 + i // b, i % b], rate[first + 2 + i // b, i % b]
-        momentum = 0.5 * data[places[4] + i] * speed
+        momentum = 0.5 * data[size[MODAL_MASS] + i] * speed
         for k in range(b):
-            coupling = work.modal[size[BUFFER] + i * width + 2 * lanes_of(b) + k]
+            coupling = work.modal[size[PIVOTS] + i * size[WIDTH] + 2 * lanes_of(b) + k]
             momentum += coupling * (w[5] if b == 3 and k == 2 else w[k])
-            momentum += data[places[6] + 2 * b * i + k] * rate[first + 1, k]
-            momentum += data[places[6] + 2 * b * i + b + k] * rate[first, k]
+            momentum += data[size[COUPLING] + 2 * b * i + k] * rate[first + 1, k]
+            momentum += data[size[COUPLING] + 2 * b * i + b + k] * rate[first, k]
         out[0] += momentum * speed
-        out[1] += 0.5 * data[places[5] + i] * z * z
+        out[1] += 0.5 * data[size[MODAL_STIFFNESS] + i] * z * z
 
 
 @allocating_kernel
-def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia, t, out):
+def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia, out):
     """`element_coupling` of a link that is reduced to modes, and their energy; False where it is not."""
     if len(reduction) == 0:
         return False
@@ -106,7 +114,7 @@ def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia
     if len(dofs) == 3:
         planar_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, inertia)
     else:
-        spatial_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, inertia, t)
+        spatial_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, inertia)
     modal_energy(chain, work, n, d, rate, w, out)
     out[1] += slope_energy(size, data, own, d, first, len(dofs), size[TENSIONS])[0]
     return True
@@ -160,7 +168,7 @@ def energy_erls(chain, work, x, v, out):
             e = chain.element[m]
             inertia[:] = 0.0
             if not reduced_coupling(
-                chain.reduction, chain.dofs, chain, work, n, rate, w, coupling, inertia, t, out
+                chain.reduction, chain.dofs, chain, work, n, rate, w, coupling, inertia, out
             ):
                 element_coupling(chain.dofs, e, d, i, coupling, inertia, t)
             for h in range(b):

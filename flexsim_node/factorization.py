@@ -44,7 +44,7 @@ from .co_moving import elimination
 from .interface import hand_load, hand_over, hand_over_planar, take_answer
 from .kernel import kernel
 from .kinematics import spatial_row
-from .reduced_chain import MODES
+from .reduced_chain import MODES, TENSION, TENSIONS
 
 
 @kernel
@@ -56,6 +56,18 @@ def set_scale(chain, work, stiffness, damping, spring):
         for i in range(w.shape[1]):
             for k in range(w.shape[1]):
                 w[e, i, k] = chain.mass[e, i, k] + stiffness * chain.stiffness[e, i, k]
+    set_modal_scale(chain.reduction, chain, work, stiffness)
+
+
+@kernel
+def set_modal_scale(reduction, chain, work, scale):
+    """Let the matrices of reduced links be what their modes leave of them."""
+    if len(reduction) == 0:
+        return
+    for n in range(chain.link.shape[0]):
+        size, w = chain.reduced[n], work.iteration[chain.link[n, FIRST_ELEMENT]]
+        if size[MODES] >= 0:
+            reduced_link.choose_matrix(size, chain.modal, work.modal, len(chain.dofs), scale, w)
 
 
 @kernel
@@ -178,7 +190,10 @@ def element_terms(dofs, e, d, i, scale, coupling, row, scratch, w):
 
 @kernel
 def reduced_terms(reduction, dofs, chain, work, n, w):
-    """`element_terms` of link n as a whole, where it is reduced to modes; False where it is not."""
+    """`element_terms` of link n as a whole, where it is reduced to modes; False where it is not.
+
+    The modes are eliminated from the front here: their rows hold what they have in common with it.
+    """
     if len(reduction) == 0:
         return False
     size, e, d = chain.reduced[n], chain.element[chain.link[n, FIRST_ELEMENT]], work.node[DISPLACEMENT]
@@ -187,22 +202,18 @@ def reduced_terms(reduction, dofs, chain, work, n, w):
     data, own, first = chain.modal, work.modal, chain.link[n, FIRST]
     b, coupling, scale = len(dofs), work.coupling, work.scale[0]
     if len(dofs) == 3:
-        planar_reduced_beam.modal_rows(size, data, own, e, d, first, scale, coupling, w)
+        planar_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, w[6:9, 6:9])
     else:
-        spatial_reduced_beam.modal_rows(size, data, own, e, d, first, scale, coupling, w, work.scratch)
+        spatial_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, w[12:18, 12:18])
+    if scale > 0.0:
+        for j in range(size[TENSIONS]):
+            reduced_link.tension_row(size, data, own, e, b, j, scale * data[size[TENSION] + j])
     for j in range(b):
         for k in range(b):
             w[j, 2 * b + k] += coupling[b + j, k]
             w[b + j, 2 * b + k] += coupling[j, k]
+    reduced_link.eliminate_modes(size, own, b, w)
     return True
-
-
-@kernel
-def eliminate_modes(reduction, chain, work, n, w):
-    """Eliminate a reduced link's modes from the front; False where a pivot is not positive."""
-    if len(reduction) == 0:
-        return True
-    return reduced_link.eliminate_modes(chain.reduced[n], work.modal, len(chain.dofs), w)
 
 
 @kernel
@@ -314,15 +325,12 @@ def factorize_erls(chain, work):
         for i in range(first + count, first, -1):
             m = link[n, FIRST_ELEMENT] + i - first - 1
             e = chain.element[m]
-            whole = reduced_terms(chain.reduction, chain.dofs, chain, work, n, w)
-            if not whole:
+            if not reduced_terms(chain.reduction, chain.dofs, chain, work, n, w):
                 element_terms(chain.dofs, e, d, i, work.scale[0], work.coupling, work.row[4], work.scratch, w)
             full = work.iteration[m]
             for j in range(2 * b):
                 for k in range(j, 2 * b):
                     w[j, k] += full[j, k]
-            if whole and not eliminate_modes(chain.reduction, chain, work, n, w):
-                return n + 1
             if link[n, BODIES] > 0:
                 add_bodies(chain, work, n, i, w, b)
             for p in range(b):

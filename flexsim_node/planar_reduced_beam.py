@@ -8,71 +8,82 @@ from __future__ import annotations
 
 from . import planar_beam
 from .beam import INERTIA_Y, LENGTH, SHEAR_Z, hermite, hermite_transpose, middle_rotation
+from .flat import flat
 from .kernel import kernel
 from .reduced_chain import (
     AXIALS,
     CENTRELINE,
+    LINE,
+    MASS_GRAM,
+    MIX,
+    MODAL_STIFFNESS,
     MODES,
+    PIVOTS,
     ROTATION,
     TENSIONS,
-    buffer_places,
-    constant_places,
-    row_width,
+    TURN,
+    TURN_GRAM,
+    TURN_MIX,
+    WIDTH,
 )
-from .reduced_link import field, mode_rows, products, slope_energy, stiffen, tension_row
+from .reduced_link import products, slope_energy, stiffen
+from .weighted_sum import dot, four_twice
 
 
 @kernel
-def centreline(e, size, rows, first, x, c):
-    """Write the coefficients of the centreline's functions into c (2 F,); x = 1 adds the rest shape.
+def centreline(e, size, z, first, x, own, c):
+    """Write the coefficients of the centreline's functions into own[c:] (2, F); x = 1 adds the rest shape.
 
-    Of a mode only the one that is not always zero.
+    z are nodal rows, flat.  Of a mode only the one that is not always zero.
     """
-    p, r, length, n = rows[first], rows[first + 1], e[LENGTH], size[CENTRELINE]
-    stretch = r[0] - p[0] + x * length
-    c[0], c[1], c[2], c[3] = p[0], stretch, r[0] + x * length, stretch
-    c[n], c[n + 1], c[n + 2], c[n + 3] = hermite(p[1], p[2], r[1], r[2], length, e[SHEAR_Z])
-    for i in range(size[MODES]):
-        value = rows[first + 2 + i // 3, i % 3]
-        c[4 + i if i < size[AXIALS] else n + 4 + i] = value
+    p, r, m, n, length = 3 * first, 3 * first + 3, 3 * first + 6, size[CENTRELINE], e[LENGTH]
+    stretch = z[r] - z[p] + x * length
+    own[c], own[c + 1], own[c + 2], own[c + 3] = z[p], stretch, z[r] + x * length, stretch
+    own[c + n], own[c + n + 1], own[c + n + 2], own[c + n + 3] = hermite(
+        z[p + 1], z[p + 2], z[r + 1], z[r + 2], length, e[SHEAR_Z]
+    )
+    for i in range(size[AXIALS]):
+        own[c + 4 + i] = z[m + i]
+    for i in range(size[AXIALS], size[MODES]):
+        own[c + n + 4 + i] = z[m + i]
 
 
 @kernel
-def rotation(e, size, rows, first, phi):
-    """Write the coefficients of the section's rotation into phi (G,)."""
-    p, r, axial = rows[first], rows[first + 1], size[AXIALS]
-    phi[0], phi[2] = p[2], r[2]
-    phi[1] = middle_rotation(p[1], p[2], r[1], r[2], e[LENGTH], e[SHEAR_Z])
-    for i in range(axial, size[MODES]):
-        phi[3 + i - axial] = rows[first + 2 + i // 3, i % 3]
+def rotation(e, size, z, first, own, phi):
+    """Write the coefficients of the section's rotation into own[phi:] (G,); z are nodal rows, flat."""
+    p, r, axial = 3 * first, 3 * first + 3, size[AXIALS]
+    own[phi], own[phi + 2] = z[p + 2], z[r + 2]
+    own[phi + 1] = middle_rotation(z[p + 1], z[p + 2], z[r + 1], z[r + 2], e[LENGTH], e[SHEAR_Z])
+    for i in range(size[MODES] - axial):
+        own[phi + 3 + i] = z[r + 3 + axial + i]
 
 
 @kernel
-def spread(e, size, g, force, first):
-    """Add forces g (2 F,) on the centreline's functions to those of the ends and the modes."""
-    p, r, n = force[first], force[first + 1], size[CENTRELINE]
-    pull = g[1] + g[3]
-    p[0] += g[0] - pull
-    r[0] += g[2] + pull
-    w1, t1, w2, t2 = hermite_transpose(g[n], g[n + 1], g[n + 2], g[n + 3], e[LENGTH], e[SHEAR_Z])
-    p[1] += w1
-    p[2] += t1
-    r[1] += w2
-    r[2] += t2
-    for i in range(size[MODES]):
-        force[first + 2 + i // 3, i % 3] += g[4 + i] if i < size[AXIALS] else g[n + 4 + i]
+def spread(e, size, own, g, force, first):
+    """Add forces own[g:] (2, F) on the centreline's functions to those of the ends and the modes, flat."""
+    p, r, m, n = 3 * first, 3 * first + 3, 3 * first + 6, size[CENTRELINE]
+    pull = own[g + 1] + own[g + 3]
+    force[p] += own[g] - pull
+    force[r] += own[g + 2] + pull
+    w1, t1, w2, t2 = hermite_transpose(
+        own[g + n], own[g + n + 1], own[g + n + 2], own[g + n + 3], e[LENGTH], e[SHEAR_Z]
+    )
+    force[p + 1] += w1
+    force[p + 2] += t1
+    force[r + 1] += w2
+    force[r + 2] += t2
+    for i in range(size[AXIALS]):
+        force[m + i] += own[g + 4 + i]
+    for i in range(size[AXIALS], size[MODES]):
+        force[m + i] += own[g + n + 4 + i]
 
 
 @kernel
-def spread_middle(e, g1, p, r):
-    """Add a moment g1 on the middle section's rotation to the nodal forces p, r."""
-    length, s = e[LENGTH], e[SHEAR_Z]
-    middle = 1.5 * (1.0 - s) * g1 / length
-    p[1] -= middle
-    r[1] += middle
-    middle = (0.25 - 0.75 * s) * g1
-    p[2] -= middle
-    r[2] -= middle
+def middle_forces(e, g1):
+    """Forces on the nodal (w, t) of start and end of a moment g1 on the middle section's rotation."""
+    w = 1.5 * (1.0 - e[SHEAR_Z]) * g1 / e[LENGTH]
+    t = -(0.25 - 0.75 * e[SHEAR_Z]) * g1
+    return -w, t, w, t
 
 
 @kernel
@@ -83,46 +94,44 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
     """
     omega, turn = f[2], f[8]
     square, two = omega * omega, 2.0 * omega if coriolis else 0.0
-    places, centre, n = constant_places(size, 3), buffer_places(size, 3)[3], size[CENTRELINE]
-    mass = data[places[0] : places[1]]
-    # a component lies n further; stiffen leaves room for three
-    c, ca = own[centre : centre + 3 * n], own[centre + 9 * n : centre + 12 * n]
-    g, r = own[centre + 12 * n : centre + 15 * n], own[centre + 15 * n : centre + 15 * n + 18]
-    centreline(e, size, d, first, 1.0, c)
-    centreline(e, size, v, first, 0.0, own[centre + 3 * n : centre + 6 * n])
-    centreline(e, size, a, first, 0.0, own[centre + 6 * n : centre + 9 * n])
-    r[0], r[1], r[3], r[4], r[6] = -square, -turn, alpha, -two, 1.0
-    r[9], r[10], r[12], r[13], r[16] = turn, -square, two, alpha, 1.0
-    field(size, own, 3, 2)
-    for k in range(2):
-        ca[k * n] += f[3 + k]
-        ca[k * n + 2] += f[3 + k]
-    products(mass, n, 2, ca, g)
-    moment = 0.0
-    for k in range(n):
-        moment += c[k] * g[n + k] - c[n + k] * g[k]
-    wrench[0] += g[0] + g[2]
-    wrench[1] += g[n] + g[n + 2]
+    n, c, r, out = size[CENTRELINE], size[LINE], size[MIX], flat(force)
+    x, y = flat(d), flat(v)
+    ca, g = c + 6 * n, c + 8 * n
+    centreline(e, size, x, first, 1.0, own, c)
+    centreline(e, size, y, first, 0.0, own, c + 2 * n)
+    centreline(e, size, flat(a), first, 0.0, own, c + 4 * n)
+    own[r], own[r + 1], own[r + 2], own[r + 3], own[r + 4] = -square, -turn, alpha, -two, 1.0
+    own[r + 6], own[r + 7], own[r + 8], own[r + 9], own[r + 11] = turn, -square, two, alpha, 1.0
+    for j in range(0, n, 4):
+        four_twice(6, own, r, 1, 6, own, c + j, n, own, ca + j, n)
+    own[ca] += f[3]
+    own[ca + 2] += f[3]
+    own[ca + n] += f[4]
+    own[ca + n + 2] += f[4]
+    products(2, data, size[MASS_GRAM], n, own, ca, g)
+    wrench[0] += own[g] + own[g + 2]
+    wrench[1] += own[g + n] + own[g + n + 2]
+    moment = dot(n, own, c, own, g + n) - dot(n, own, c + n, own, g)
     if not spin:
         # on the elastic displacement acts the centrifugal force of the rest shape alone
-        c[1] -= e[LENGTH]
-        c[2] -= e[LENGTH]
-        c[3] -= e[LENGTH]
-        products(mass, n, 2, c, ca)
+        own[c + 1] -= e[LENGTH]
+        own[c + 2] -= e[LENGTH]
+        own[c + 3] -= e[LENGTH]
+        products(2, data, size[MASS_GRAM], n, own, c, ca)
         for k in range(2 * n):
-            g[k] += square * ca[k]
+            own[g + k] += square * own[ca + k]
     if size[TENSIONS] > 0:
-        stiffen(size, data, own, d, v, first, 3, 1.0, beta, force)
-    spread(e, size, g, force, first)
+        stiffen(size, data, own, x, y, first, 3, 1.0, beta, out)
+    spread(e, size, own, g, out, first)
     if e[INERTIA_Y] > 0.0:
-        moment += section_forces(size, data, own, e, f, d, v, a, first, alpha, two, spin, force)
+        moment += section_forces(size, data, own, e, f, x, y, flat(a), first, alpha, two, spin, out)
     wrench[2] += moment
     planar_beam.elastic_force(e, d, first + 1, force)
     if beta > 0.0:
         planar_beam.stiffness_product(e, d, v, first + 1, beta, force)
+    begin = 3 * first + 6
     for i in range(size[MODES]):
-        p, k = first + 2 + i // 3, i % 3
-        force[p, k] += data[places[5] + i] * (d[p, k] + beta * v[p, k])
+        out[begin + i] += data[size[MODAL_STIFFNESS] + i] * (x[begin + i] + beta * y[begin + i])
 
 
 @kernel
@@ -131,53 +140,54 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force):
 
     The stiffness is the tangent without the axial force's own (geometric) part.
     """
-    places, centre, n = constant_places(size, 3), buffer_places(size, 3)[3], size[CENTRELINE]
+    n, c, g = size[CENTRELINE], size[LINE], size[LINE] + 8 * size[CENTRELINE]
+    rows, out, begin = flat(y), flat(force), 3 * first + 6
     planar_beam.stiffness_product(e, d, y, first + 1, scale, force)
     for i in range(size[MODES]):
-        p, q = first + 2 + i // 3, i % 3
-        force[p, q] += scale * data[places[5] + i] * y[p, q]
+        out[begin + i] += scale * data[size[MODAL_STIFFNESS] + i] * rows[begin + i]
     if size[TENSIONS] > 0:
-        g = own[centre + 12 * n : centre + 15 * n]
-        centreline(e, size, d, first, 1.0, own[centre : centre + 3 * n])
-        centreline(e, size, y, first, 0.0, own[centre + 3 * n : centre + 6 * n])
+        centreline(e, size, flat(d), first, 1.0, own, c)
+        centreline(e, size, rows, first, 0.0, own, c + 2 * n)
         for k in range(2 * n):
-            g[k] = 0.0
-        stiffen(size, data, own, d, y, first, 3, 0.0, scale, force)
-        spread(e, size, g, force, first)
+            own[g + k] = 0.0
+        stiffen(size, data, own, flat(d), rows, first, 3, 0.0, scale, out)
+        spread(e, size, own, g, out, first)
 
 
 @kernel
 def section_forces(size, data, own, e, f, d, v, a, first, alpha, two, spin, force):
-    """Add the inertia forces of the sections' rotation, director (-phi, 1); returns their moment."""
+    """Add the inertia forces of the sections' rotation, director (-phi, 1); returns their moment.
+
+    All nodal rows are flat.
+    """
     omega, turn, j = f[2], f[8], e[INERTIA_Y]
     square, axial, n = omega * omega, size[AXIALS], size[ROTATION]
-    places, at = constant_places(size, 3), buffer_places(size, 3)[4]
-    section = data[places[1] : places[2]]
-    phi, rate, change = own[at : at + n], own[at + n : at + 2 * n], own[at + 2 * n : at + 3 * n]
-    given, made = own[at + 3 * n : at + 5 * n], own[at + 5 * n : at + 7 * n]
-    rotation(e, size, d, first, phi)
-    rotation(e, size, v, first, rate)
-    rotation(e, size, a, first, change)
-    for k in range(n):
-        one = 1.0 if k < 3 else 0.0
-        given[k] = j * (square * phi[k] - turn * one - change[k] - alpha * rate[k])
-        given[n + k] = j * (-square * one - turn * phi[k] - two * rate[k])
-    products(section, n, 2, given, made)
-    moment = -made[0] - made[1] - made[2]
-    for k in range(n):
-        moment -= phi[k] * made[n + k]
+    phi, r = size[TURN], size[TURN_MIX]
+    given, made = phi + 3 * n, phi + 5 * n
+    rotation(e, size, d, first, own, phi)
+    rotation(e, size, v, first, own, phi + n)
+    rotation(e, size, a, first, own, phi + 2 * n)
+    own[r], own[r + 1], own[r + 2] = j * square, -j * alpha, -j
+    own[r + 3], own[r + 4], own[r + 5] = -j * turn, -j * two, 0.0
+    for k in range(0, n, 4):
+        four_twice(3, own, r, 1, 3, own, phi + k, n, own, given + k, n)
+    for k in range(3):
+        own[given + k] -= j * turn
+        own[given + n + k] -= j * square
+    products(2, data, size[TURN_GRAM], n, own, given, made)
+    moment = -own[made] - own[made + 1] - own[made + 2] - dot(n, own, phi, own, made + n)
     if not spin:
+        products(1, data, size[TURN_GRAM], n, own, phi, phi + 7 * n)
         for k in range(n):
-            given[k], given[n + k] = j * square * phi[k], 0.0
-        products(section, n, 2, given, own[at + 7 * n : at + 9 * n])
-        for k in range(n):
-            made[k] -= own[at + 7 * n + k]
-    p, r = force[first], force[first + 1]
-    p[2] -= made[0]
-    r[2] -= made[2]
-    spread_middle(e, -made[1], p, r)
+            own[made + k] -= j * square * own[phi + 7 * n + k]
+    p = 3 * first
+    w1, t1, w2, t2 = middle_forces(e, own[made + 1])
+    force[p + 1] -= w1
+    force[p + 2] -= own[made] + t1
+    force[p + 4] -= w2
+    force[p + 5] -= own[made + 2] + t2
     for i in range(size[MODES] - axial):
-        force[first + 2 + (axial + i) // 3, (axial + i) % 3] -= made[3 + i]
+        force[p + 6 + axial + i] -= own[made + 3 + i]
     return moment
 
 
@@ -187,73 +197,51 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
 
     The link's own is added to inertia (3, 3), upper triangle.
     """
-    places, buffers, n = constant_places(size, 3), buffer_places(size, 3), size[CENTRELINE]
-    axial, width, centre = size[AXIALS], row_width(size, 3), buffers[3]
-    length, s, mass = e[LENGTH], e[SHEAR_Z], data[places[0] : places[1]]
-    c, q = own[centre : centre + 3 * n], own[centre + 12 * n : centre + 15 * n]
-    centreline(e, size, d, first, 1.0, c)
-    products(mass, n, 2, c, q)
-    second = 0.0
-    for k in range(2 * n):
-        second += c[k] * q[k]
-    total = mass[0] + 2.0 * mass[2] + mass[2 * n + 2]
+    n, mass, axial, width = size[CENTRELINE], size[MASS_GRAM], size[AXIALS], size[WIDTH]
+    length, s, c, at = e[LENGTH], e[SHEAR_Z], size[LINE], size[PIVOTS] + 8
+    q = c + 8 * n
+    centreline(e, size, flat(d), first, 1.0, own, c)
+    products(2, data, mass, n, own, c, q)
+    second = dot(2 * n, own, c, own, q)
+    total = data[mass] + 2.0 * data[mass + 2] + data[mass + 2 * n + 2]
     inertia[0, 0] += total
     inertia[1, 1] += total
-    inertia[0, 2] -= q[n] + q[n + 2]
-    inertia[1, 2] += q[0] + q[2]
+    inertia[0, 2] -= own[q + n] + own[q + n + 2]
+    inertia[1, 2] += own[q] + own[q + 2]
     # a unit acceleration along x or y has the coefficients (1, 0, 1, 0)
-    f0, f1 = mass[0] + mass[2 * n], mass[1] + mass[2 * n + 1]
-    f2, f3 = mass[2] + mass[2 * n + 2], mass[3] + mass[2 * n + 3]
-    coupling[:] = 0.0
-    coupling[0, 0], coupling[3, 0] = f0 - f1 - f3, f2 + f1 + f3
-    coupling[1, 1], coupling[2, 1], coupling[4, 1], coupling[5, 1] = hermite_transpose(
-        f0, f1, f2, f3, length, s
-    )
-    pull = q[n + 1] + q[n + 3]
-    coupling[0, 2], coupling[3, 2] = pull - q[n], -pull - q[n + 2]
-    coupling[1, 2], coupling[2, 2], coupling[4, 2], coupling[5, 2] = hermite_transpose(
-        q[0], q[1], q[2], q[3], length, s
-    )
-    for i in range(size[MODES]):
-        at, along = buffers[0] + i * width + 8, mass[4 + i] + mass[2 * n + 4 + i]
-        bends = i >= axial
-        own[at] = 0.0 if bends else along
-        own[at + 1] = along if bends else 0.0
-        own[at + 2] = q[4 + i] if bends else -q[n + 4 + i]
+    half, twelfth = 0.5 * total, total * length / 12.0
+    w1, t1, w2, t2 = hermite_transpose(own[q], own[q + 1], own[q + 2], own[q + 3], length, s)
+    pull = own[q + n + 1] + own[q + n + 3]
+    coupling[0, 0], coupling[0, 1], coupling[0, 2] = half, 0.0, pull - own[q + n]
+    coupling[1, 0], coupling[1, 1], coupling[1, 2] = 0.0, half, w1
+    coupling[2, 0], coupling[2, 1], coupling[2, 2] = 0.0, twelfth, t1
+    coupling[3, 0], coupling[3, 1], coupling[3, 2] = half, 0.0, -pull - own[q + n + 2]
+    coupling[4, 0], coupling[4, 1], coupling[4, 2] = 0.0, half, w2
+    coupling[5, 0], coupling[5, 1], coupling[5, 2] = 0.0, -twelfth, t2
+    for i in range(axial):
+        row = at + i * width
+        own[row], own[row + 1] = data[mass + 4 + i] + data[mass + 2 * n + 4 + i], 0.0
+        own[row + 2] = -own[q + n + 4 + i]
+    for i in range(axial, size[MODES]):
+        row = at + i * width
+        own[row], own[row + 1] = 0.0, data[mass + 4 + i] + data[mass + 2 * n + 4 + i]
+        own[row + 2] = own[q + 4 + i]
     if e[INERTIA_Y] > 0.0:
         # e_z x director = (-1, -phi); on phi acts the x-component, turned round
-        section, j, m = data[places[1] : places[2]], e[INERTIA_Y], size[ROTATION]
-        phi = own[buffers[4] : buffers[4] + m]
-        rotation(e, size, d, first, phi)
-        second += j * length
-        for i in range(3 + size[MODES] - axial):
-            total = 0.0
-            for k in range(m):
-                total += section[i * m + k] * phi[k]
-            second += j * phi[i] * total
-            one = j * (section[i] + section[m + i] + section[2 * m + i])
-            if i == 1:
-                spread_middle(e, one, coupling[0:3, 2], coupling[3:6, 2])
-            elif i < 3:
-                coupling[2 if i == 0 else 5, 2] += one
-            else:
-                own[buffers[0] + (axial + i - 3) * width + 10] += one
+        section, j, m, phi = size[TURN_GRAM], e[INERTIA_Y], size[ROTATION], size[TURN]
+        rotation(e, size, flat(d), first, own, phi)
+        products(1, data, section, m, own, phi, phi + 7 * m)
+        second += j * (length + dot(m, own, phi, own, phi + 7 * m))
+        # of the quadratics the integrals are a sixth, two thirds and a sixth of the length
+        w1, t1, w2, t2 = middle_forces(e, j * length / 1.5)
+        coupling[1, 2] += w1
+        coupling[2, 2] += t1 + j * length / 6.0
+        coupling[4, 2] += w2
+        coupling[5, 2] += t2 + j * length / 6.0
+        for i in range(size[MODES] - axial):
+            one = data[section + 3 + i] + data[section + m + 3 + i] + data[section + 2 * m + 3 + i]
+            own[at + (axial + i) * width + 2] += j * one
     inertia[2, 2] += second
-
-
-@kernel
-def modal_rows(size, data, own, e, d, first, scale, coupling, w):
-    """Fill in the rows by which a link's modes and tensions are eliminated from the front w, and coupling.
-
-    What the tensions stand for leaves w and the modes' pivots.
-    """
-    inertia_coupling(size, data, own, e, d, first, coupling, w[6:9, 6:9])
-    mode_rows(size, data, own, 3, scale)
-    if scale == 0.0:
-        return
-    tension = constant_places(size, 3)[3]
-    for j in range(size[TENSIONS]):
-        tension_row(size, data, own, e, 3, j, scale * data[tension + j], w)
 
 
 @kernel
@@ -261,6 +249,5 @@ def axial_force(size, data, own, e, d, first):
     """Mean tension of a reduced link, N."""
     if size[TENSIONS] == 0:
         return planar_beam.axial_force(e, d, first + 1)
-    centre = buffer_places(size, 3)[3]
-    centreline(e, size, d, first, 1.0, own[centre : centre + 3 * size[CENTRELINE]])
+    centreline(e, size, flat(d), first, 1.0, own, size[LINE])
     return slope_energy(size, data, own, d, first, 3, 1)[1]

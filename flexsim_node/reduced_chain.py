@@ -1,7 +1,7 @@
 """How a chain's reduced links lie in memory: a table, a tape of constants and a tape of buffers.
 
 Passing an array to a compiled function costs as much as a few multiplications, so that there are few arrays;
-each reduced link has its own stretch of both tapes.
+each reduced link has its own stretch of both tapes, and its row of the table says where everything is.
 """
 
 from __future__ import annotations
@@ -10,13 +10,26 @@ import numpy as np
 
 from .kernel import kernel
 
-# columns of Chain.reduced (L, 12) int64: nodal rows after the link's end that hold its modes; modes (-1: the
+# Columns of Chain.reduced (L, 30) int64: nodal rows after the link's end that hold its modes; modes (-1: the
 # link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
-# centreline and of the rotation, with zeros up to a multiple of four; where the constants, the shapes of the
-# nodes and the elements' rows start in Chain.modal, and the buffers in Workspace.modal
+# centreline and of the rotation, F and G, with zeros up to a multiple of four.
 ROWS, MODES, AXIALS, Y_MODES, Z_MODES, TENSIONS, CENTRELINE, ROTATION = range(8)
-DATA, SHAPE, PIECES, BUFFER = range(8, 12)
-COLUMNS = 12
+# Where in Chain.modal are: the functions' products (F, F) and (G, G), those of their slopes (T, F, F), the
+# tensions' stiffness (T,), modal mass and stiffness (P,), coupling of the modes with end and start node
+# (P, 2b), the shapes of the nodes, the elements' rows.
+MASS_GRAM, TURN_GRAM, SLOPE_GRAM, TENSION, MODAL_MASS, MODAL_STIFFNESS, COUPLING, SHAPE, PIECES = range(8, 17)
+# Where in Workspace.modal are, with c components of a vector: rows of the factorisation (P + T, width), their
+# columns over (end, start, A) times minus the inverse pivots (3b, height), weights (height), a front (3b),
+# the number of tensions in the factorisation; the centreline's displacement, rate, acceleration, all of the
+# latter, force (5, c, F), weights (c, 3c); the rotation's: in the plane displacement, rate, acceleration,
+# inertia (2), their products (2) and one more (8, G), in space the first three of 3, inertia (7), its
+# products (3) and the displacement's (22, G), weights; half the gradient of the squared slope in y and in z
+# that each tension sees (T, c - 1, F).
+PIVOTS, COLUMN, WEIGHT, FRONT, ACTIVE, LINE, MIX, TURN, TURN_MIX, GRADIENT = range(17, 27)
+# Length of a row of the factorisation: end, start and A in lanes, the tensions' entries with zeros up to a
+# multiple of four, the inverse pivot; and of a column, a multiple of four.  Where the link's buffers end.
+WIDTH, HEIGHT, END = 27, 28, 29
+COLUMNS = 30
 
 
 @kernel
@@ -25,54 +38,32 @@ def lanes_of(b):
     return 4 if b == 3 else 8
 
 
-@kernel
-def row_width(size, b):
-    """Length of a row of the factorisation: end, start and A in lanes, the tensions' entries, the pivot."""
-    return 3 * lanes_of(b) + size[TENSIONS] + 1
+def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) -> int:
+    """Fill in where a link's constants and buffers are; returns where the buffers end.
 
-
-@kernel
-def column_height(size):
-    """Length of a column of all rows, a multiple of four."""
-    return (size[MODES] + size[TENSIONS] + 3) // 4 * 4
-
-
-@kernel
-def constant_places(size, b):
-    """Where a link's constants start behind size[DATA].
-
-    mass (F, F), section (G, G), slope (T, F, F), tension (T,), modal mass and stiffness (P,), coupling of the
-    modes with end and start node (P, 2b); and the end of all.
+    constants, buffers : where they start; shapes : length of those of the nodes
     """
-    f, g, p, t = size[CENTRELINE], size[ROTATION], size[MODES], size[TENSIONS]
-    section = size[DATA] + f * f
-    slope = section + g * g
-    tension = slope + t * f * f
-    mass = tension + t
-    stiffness = mass + p
-    coupling = stiffness + p
-    return size[DATA], section, slope, tension, mass, stiffness, coupling, coupling + 2 * b * p
+    f, g, p, t = (int(size[k]) for k in (CENTRELINE, ROTATION, MODES, TENSIONS))
+    c, turning = (2, 8) if b == 3 else (3, 22)
+    lanes = 4 if b == 3 else 8
+    size[WIDTH], size[HEIGHT] = 3 * lanes + -(-t // 4) * 4 + 1, -(-(p + t) // 4) * 4
+    for column, length in (
+        (MASS_GRAM, f * f), (TURN_GRAM, g * g), (SLOPE_GRAM, t * f * f), (TENSION, t),
+        (MODAL_MASS, p), (MODAL_STIFFNESS, p), (COUPLING, 2 * b * p), (SHAPE, shapes), (PIECES, 0),
+    ):  # fmt: skip
+        size[column] = constants
+        constants += length
+    for column, length in (
+        (PIVOTS, (p + t) * int(size[WIDTH])), (COLUMN, 3 * b * int(size[HEIGHT])),
+        (WEIGHT, int(size[HEIGHT])), (FRONT, 3 * b), (ACTIVE, 1), (LINE, 5 * c * f),
+        (MIX, 3 * c * c), (TURN, turning * g), (TURN_MIX, 63), (GRADIENT, t * (c - 1) * f),
+    ):  # fmt: skip
+        size[column] = buffers
+        buffers += length
+    size[END] = buffers
+    return buffers
 
 
-@kernel
-def buffer_places(size, b):
-    """Where a link's buffers start behind size[BUFFER].
-
-    pivot rows (P + T, row_width), their columns over (end, start, A) times minus the inverse pivots (3b,
-    column_height) and two more such columns, front (3b), 1 + tensions at hand (0: no rows yet) and the
-    scale that the rows are for, centreline (displacement, rate, acceleration, all of it, force; 3 F), weights
-    (3, 9), rotation (8, 3 G), half the gradient of a squared slope in y and in z (2, F); and the end of all.
-    """
-    f, g, p, t = size[CENTRELINE], size[ROTATION], size[MODES], size[TENSIONS]
-    columns = size[BUFFER] + (p + t) * row_width(size, b)
-    front = columns + (3 * b + 2) * column_height(size)
-    active = front + 3 * b
-    centre = active + 2
-    turn = centre + 15 * f + 27
-    slope = turn + 24 * g
-    return size[BUFFER], front, active, centre, turn, slope, columns, slope + 2 * f
-
-
-def buffer_length(table: np.ndarray, b: int) -> int:
+def buffer_length(table: np.ndarray) -> int:
     """Length of Workspace.modal."""
-    return max((int(buffer_places(row, b)[-1]) for row in table if row[MODES] >= 0), default=0)
+    return int(table[:, END].max(initial=0))

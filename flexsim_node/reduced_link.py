@@ -4,49 +4,73 @@
 functions lie component by component.  In a factorisation the modes are eliminated before the link's end node.
 So are the axial tensions T_j, which are unknowns of their own there: with b_j the gradient of an elongation,
 K_j b_j b_j^T is what is left of [[., b_j], [b_j^T, -1 / K_j]], and the modes' pivots stay single numbers.
+What the modes leave of the link's two ends then depends on the step alone, not on where the robot is.
 """
 
 from __future__ import annotations
 
 from .beam import LENGTH, SHEAR_Y, SHEAR_Z, hermite_transpose
 from .chain import FIRST
+from .flat import flat
 from .kernel import kernel
 from .reduced_chain import (
+    ACTIVE,
     AXIALS,
     CENTRELINE,
+    COLUMN,
+    COUPLING,
+    FRONT,
+    GRADIENT,
+    HEIGHT,
+    LINE,
+    MODAL_MASS,
+    MODAL_STIFFNESS,
     MODES,
+    PIVOTS,
     SHAPE,
+    SLOPE_GRAM,
+    TENSION,
     TENSIONS,
+    WEIGHT,
+    WIDTH,
     Y_MODES,
     Z_MODES,
-    buffer_places,
-    column_height,
-    constant_places,
     lanes_of,
-    row_width,
 )
-from .weighted_sum import sum_four, sum_six_of_eight, sum_three_of_four
+from .weighted_sum import (
+    add_eight,
+    add_four,
+    add_planar_block,
+    add_planar_node,
+    add_spatial_block,
+    add_spatial_node,
+    dot,
+    four_once,
+    four_thrice,
+    four_twice,
+)
 
 
 @kernel
-def products(gram, n, parts, y, out):
-    """out = gram y for `parts` components of n numbers each, a multiple of four; gram (n n,) is symmetric."""
-    for k in range(0, parts * n, n):
-        for j in range(k, k + n, 4):
-            out[j], out[j + 1], out[j + 2], out[j + 3] = 0.0, 0.0, 0.0, 0.0
-            sum_four(n, y, k, 1, gram, j - k, n, out, j)
+def products(parts, data, gram, n, own, y, out):
+    """own[out:] = gram own[y:] for 1 to 3 components of n numbers each, a multiple of four.
+
+    gram (n n,) is symmetric, and starts at data[gram].
+    """
+    for j in range(0, n, 4):
+        if parts == 3:
+            four_thrice(n, own, y, 1, n, data, gram + j, n, own, out + j, n)
+        elif parts == 2:
+            four_twice(n, own, y, 1, n, data, gram + j, n, own, out + j, n)
+        else:
+            four_once(n, own, y, 1, n, data, gram + j, n, own, out + j, n)
 
 
 @kernel
-def field(size, own, b, parts):
-    """Combine the coefficients of d, v and a in the buffers, by the weights there, to those of all of it."""
-    n, centre = size[CENTRELINE], buffer_places(size, b)[3]
-    weights, out = centre + 15 * n, centre + 9 * n
-    for k in range(parts):
-        for j in range(0, n, 4):
-            at = out + k * n + j
-            own[at], own[at + 1], own[at + 2], own[at + 3] = 0.0, 0.0, 0.0, 0.0
-            sum_four(9, own, weights + 9 * k, 1, own, centre + j, n, own, at)
+def gradient_place(size, b, j):
+    """Length of the centreline's lateral coefficients, and where half the gradient of slope j by them is."""
+    lateral = size[CENTRELINE] if b == 3 else 2 * size[CENTRELINE]
+    return lateral, size[GRADIENT] + j * lateral
 
 
 @kernel
@@ -55,59 +79,54 @@ def slopes(size, data, own, b, j):
 
     The centreline's lateral coefficients are in the buffers.
     """
-    places, buffers, n = constant_places(size, b), buffer_places(size, b), size[CENTRELINE]
-    at, slope = buffers[3] + n, buffers[5]
-    parts = 1 if b == 3 else 2
-    gram = data[places[2] + j * n * n : places[2] + (j + 1) * n * n]
-    products(gram, n, parts, own[at : at + 2 * n], own[slope : slope + 2 * n])
-    total = 0.0
-    for k in range(parts * n):
-        total += own[at + k] * own[slope + k]
-    return 0.5 * total
+    n, at = size[CENTRELINE], size[LINE] + size[CENTRELINE]
+    gram = size[SLOPE_GRAM] + j * n * n
+    lateral, slope = gradient_place(size, b, j)
+    products(1 if b == 3 else 2, data, gram, n, own, at, slope)
+    return 0.5 * dot(lateral, own, at, own, slope)
 
 
 @kernel
-def slope_rate(size, own, b):
+def slope_rate(size, own, b, j):
     """Rate of that; the centreline's rates are in the buffers too."""
-    buffers, n = buffer_places(size, b), size[CENTRELINE]
-    at, slope, total = buffers[3] + 4 * n, buffers[5], 0.0
-    for k in range(n if b == 3 else 2 * n):
-        total += own[at + k] * own[slope + k]
-    return total
+    lateral, slope = gradient_place(size, b, j)
+    return dot(lateral, own, size[LINE] + (3 if b == 3 else 4) * size[CENTRELINE], own, slope)
 
 
 @kernel
 def stretched(d, first, j, b):
-    """Elongation j of the nodal rows d without the slopes': of the ends, or that of an axial mode."""
+    """Elongation j of the nodal rows d (flat) without the slopes': of the ends, or that of an axial mode."""
     if j == 0:
-        return d[first + 1, 0] - d[first, 0]
-    return d[first + 2 + (j - 1) // b, (j - 1) % b]
+        return d[b * first + b] - d[b * first]
+    return d[b * (first + 2) + j - 1]
 
 
 @kernel
 def stiffen(size, data, own, d, v, first, b, still, beta, force):
     """Add what the squared slope does: axial forces to `force`, lateral ones to those on the centreline.
 
-    still is 1 for the forces of the displacements d; beta adds the stiffness at d times v.  The centreline's
-    coefficients of d and v are in the buffers.
+    still is 1 for the forces of the displacements d; beta adds the stiffness at d times v.  d, v, force are
+    nodal rows, flat.  The centreline's coefficients of d and v are in the buffers.
     """
-    places, buffers, n = constant_places(size, b), buffer_places(size, b), size[CENTRELINE]
-    g, slope = buffers[3] + 13 * n, buffers[5]
+    pulls = size[WEIGHT]
     for j in range(size[TENSIONS]):
         extra = still * slopes(size, data, own, b, j)
         pull = still * stretched(d, first, j, b)
         if beta > 0.0:
-            extra += beta * slope_rate(size, own, b)
+            extra += beta * slope_rate(size, own, b, j)
             pull += beta * stretched(v, first, j, b)
-        extra *= data[places[3] + j]
-        pull = data[places[3] + j] * pull + extra
+        extra *= data[size[TENSION] + j]
+        pull = data[size[TENSION] + j] * pull + extra
         if j == 0:
-            force[first, 0] -= extra
-            force[first + 1, 0] += extra
+            force[b * first] -= extra
+            force[b * first + b] += extra
         else:
-            force[first + 2 + (j - 1) // b, (j - 1) % b] += extra
-        for k in range(n if b == 3 else 2 * n):
-            own[g + k] += pull * own[slope + k]
+            force[b * (first + 2) + j - 1] += extra
+        own[pulls + j] = pull
+    lateral, slope = gradient_place(size, b, 0)
+    g = size[LINE] + (9 if b == 3 else 13) * size[CENTRELINE]
+    for k in range(0, lateral, 4):
+        add_four(size[TENSIONS], own, pulls, 1, 0, own, slope + k, lateral, own, g + k, 0)
 
 
 @kernel
@@ -116,13 +135,12 @@ def slope_energy(size, data, own, d, first, b, longest):
 
     Tensions beyond the first `longest` are left out.  The centreline's coefficients are in the buffers.
     """
-    places = constant_places(size, b)
     total = mean = 0.0
     for j in range(min(longest, size[TENSIONS])):
-        more, pull = slopes(size, data, own, b, j), stretched(d, first, j, b)
-        total += data[places[3] + j] * more * (pull + 0.5 * more)
+        more, pull = slopes(size, data, own, b, j), stretched(flat(d), first, j, b)
+        total += data[size[TENSION] + j] * more * (pull + 0.5 * more)
         if j == 0:
-            mean = data[places[3]] * (pull + more)
+            mean = data[size[TENSION]] * (pull + more)
     return total, mean
 
 
@@ -135,8 +153,8 @@ def elongation(size, data, own, d, v, first, b, piece, pieces):
     width = 2 * b + size[MODES]
     total = change = 0.0
     for j in range(size[TENSIONS]):
-        long = slopes(size, data, own, b, j) + stretched(d, first, j, b)
-        rate = slope_rate(size, own, b) + stretched(v, first, j, b)
+        long = slopes(size, data, own, b, j) + stretched(flat(d), first, j, b)
+        rate = slope_rate(size, own, b, j) + stretched(flat(v), first, j, b)
         share = 1.0 / pieces
         if j > 0:
             at = size[SHAPE] + piece * b * width + 2 * b + j - 1
@@ -147,160 +165,169 @@ def elongation(size, data, own, d, v, first, b, piece, pieces):
 
 
 @kernel
-def tension_row(size, data, own, e, b, j, stiffness, w):
-    """Fill in the row of tension j and the modes' entries for it; what it stands for leaves the ends' w."""
-    buffers, n, lanes = buffer_places(size, b), size[CENTRELINE], lanes_of(b)
-    width, axial, bent = row_width(size, b), size[AXIALS], size[AXIALS] + size[Y_MODES]
-    rows, slope = buffers[0], buffers[5]
+def tension_row(size, data, own, e, b, j, stiffness):
+    """Fill in the row of tension j and the modes' entries for it."""
+    n, lanes, width = size[CENTRELINE], lanes_of(b), size[WIDTH]
+    _, slope = gradient_place(size, b, j)
+    axial, bent = size[AXIALS], size[AXIALS] + size[Y_MODES]
+    rows = size[PIVOTS]
     slopes(size, data, own, b, j)
-    q = own[slope : slope + 2 * n]
     at = rows + (size[MODES] + j) * width
-    for k in range(width):
-        own[at + k] = 0.0
+    for k in range(0, width - 1, 4):
+        own[at + k], own[at + k + 1], own[at + k + 2], own[at + k + 3] = 0.0, 0.0, 0.0, 0.0
     own[at + 3 * lanes + j] = -1.0 / stiffness
-    w1, t1, w2, t2 = hermite_transpose(q[0], q[1], q[2], q[3], e[LENGTH], e[SHEAR_Z])
+    w1, t1, w2, t2 = hermite_transpose(
+        own[slope], own[slope + 1], own[slope + 2], own[slope + 3], e[LENGTH], e[SHEAR_Z]
+    )
     own[at + 1], own[at + b - 1], own[at + lanes + 1], own[at + lanes + b - 1] = w2, t2, w1, t1
+    entry = rows + 3 * lanes + j
     for i in range(axial, bent):
-        own[rows + i * width + 3 * lanes + j] = q[4 + i]
+        own[entry + i * width] = own[slope + 4 + i]
     if b == 6:
-        w1, t1, w2, t2 = hermite_transpose(q[n], q[n + 1], q[n + 2], q[n + 3], e[LENGTH], e[SHEAR_Y])
+        slope += n
+        w1, t1, w2, t2 = hermite_transpose(
+            own[slope], own[slope + 1], own[slope + 2], own[slope + 3], e[LENGTH], e[SHEAR_Y]
+        )
         own[at + 2], own[at + 4], own[at + lanes + 2], own[at + lanes + 4] = w2, -t2, w1, -t1
         for i in range(bent, bent + size[Z_MODES]):
-            own[rows + i * width + 3 * lanes + j] = q[n + 4 + i]
+            own[entry + i * width] = own[slope + 4 + i]
     if j == 0:
         own[at], own[at + lanes] = 1.0, -1.0
-        w[0, 0] -= stiffness
-        w[b, b] -= stiffness
-        w[0, b] += stiffness
 
 
 @kernel
-def mode_rows(size, data, own, b, scale):
-    """Fill in what is constant of the modes' rows, unless it is there: over (end, start), inverse pivots.
+def choose_matrix(size, data, own, b, scale, w):
+    """Fill in what is constant of the modes' rows, and take it out of the matrix w (2b, 2b) of (end, start).
 
-    What the axial tensions stand for has left the pivots; where one is not positive its inverse is -1.
+    What the axial tensions stand for leaves w and the pivots too.  Modes are orthogonal in mass and in
+    stiffness and there is no stiffness between them and the ends: M_i + scale K_i is a mode's pivot.
     """
-    places, buffers = constant_places(size, b), buffer_places(size, b)
-    modes, tensions = size[MODES], size[TENSIONS] if scale > 0.0 else 0
-    lanes, width, height = lanes_of(b), row_width(size, b), column_height(size)
-    if own[buffers[2]] > 0.0 and own[buffers[2] + 1] == scale:
-        return
-    own[buffers[2]], own[buffers[2] + 1] = 1 + tensions, scale
-    for i in range(modes):
-        row, at = buffers[0] + i * width, places[6] + 2 * b * i
+    tensions = size[TENSIONS] if scale > 0.0 else 0
+    lanes, width, height = lanes_of(b), size[WIDTH], size[HEIGHT]
+    own[size[ACTIVE]] = tensions
+    for i in range(size[MODES]):
+        row, at = size[PIVOTS] + i * width, size[COUPLING] + 2 * b * i
+        for k in range(width):
+            own[row + k] = 0.0
         for k in range(b):
             own[row + k] = data[at + k]
             own[row + lanes + k] = data[at + b + k]
-        for k in range(tensions):
-            own[row + 3 * lanes + k] = 0.0
-        pivot = data[places[4] + i] + scale * data[places[5] + i]
+        pivot = data[size[MODAL_MASS] + i] + scale * data[size[MODAL_STIFFNESS] + i]
         if i < tensions - 1:
-            pivot -= scale * data[places[3] + i + 1]
+            pivot -= scale * data[size[TENSION] + i + 1]
             own[row + 3 * lanes + i + 1] = 1.0
-        inverse = 1.0 / pivot if pivot > 0.0 else -1.0
+        inverse = 1.0 / pivot
         own[row + width - 1] = inverse
         for k in range(2 * b):
-            own[buffers[6] + k * height + i] = -inverse * data[at + k]
+            own[size[COLUMN] + k * height + i] = -inverse * data[at + k]
+            for p in range(2 * b):
+                w[k, p] -= inverse * data[at + k] * data[at + p]
+    if tensions > 0:
+        stiffness = scale * data[size[TENSION]]
+        w[0, 0] -= stiffness
+        w[b, b] -= stiffness
+        w[0, b] += stiffness
+        w[b, 0] += stiffness
 
 
 @kernel
-def add_lanes(b, n, x, at, rows, first, width, out, place):
-    """Add sum_i x[at + i] times the rows' b entries from rows[first:] on to out[place:]."""
+def add_block(b, n, x, at, apart, rows, first, width, out, place):
+    """Add sum_i x[at + i + p apart] times the rows' b entries from rows[first:] to b rows p of the front."""
     if b == 3:
-        sum_three_of_four(n, x, at, 1, rows, first, width, out, place)
+        add_planar_block(n, x, at, 1, apart, rows, first, width, out, place, 9)
     else:
-        sum_six_of_eight(n, x, at, 1, rows, first, width, out, place)
+        add_spatial_block(n, x, at, 1, apart, rows, first, width, out, place, 18)
 
 
 @kernel
-def eliminate_modes(size, own, b, w):
-    """Eliminate modes and tensions of a link from the upper triangle of the front w (end, start, A).
+def eliminate_modes(size, own, b, front):
+    """Eliminate modes and tensions of a link from the upper triangle of the front (end, start, A).
 
-    The modes' rows hold their pivot at the end, the tensions' among their entries.  False where a mode's is
-    not positive.
+    The modes' rows hold their pivot at the end, the tensions' among their entries.
     """
-    buffers = buffer_places(size, b)
-    modes, tensions, lanes = size[MODES], int(own[buffers[2]]) - 1, lanes_of(b)
-    width, height, front = row_width(size, b), column_height(size), 3 * lanes
-    rows, columns, last = buffers[0], buffers[6], width - 1
-    weights = columns + 3 * b * height
-    count = modes + tensions
-    for i in range(modes):
-        if not own[rows + i * width + last] > 0.0:
-            return False
+    modes, tensions, lanes = size[MODES], int(own[size[ACTIVE]]), lanes_of(b)
+    width, height, entry = size[WIDTH], size[HEIGHT], 3 * lanes
+    rows, columns, last, weights = size[PIVOTS], size[COLUMN], size[WIDTH] - 1, size[WEIGHT]
+    w = flat(front)
     for j in range(tensions):
         r, n = rows + (modes + j) * width, modes + j
         for i in range(n):
             s = rows + i * width
-            c = -own[s + front + j] * own[s + last]
-            own[weights + i] = c
-            for k in range(j, tensions):
-                own[r + front + k] += c * own[s + front + k]
-        for k in range(0, front, 4):
-            sum_four(n, own, weights, 1, own, rows + k, width, own, r + k)
-        own[r + last] = 1.0 / own[r + front + j]
-    for i in range(count):
-        s = rows + i * width
-        inverse = -own[s + last]
-        for g in range(2 if i < modes else 0, 3):  # a mode's are constant over (end, start)
+            own[weights + i] = -own[s + entry + j] * own[s + last]
+        if b == 6:
+            for k in range(0, entry, 8):
+                add_eight(n, own, weights, 1, 0, own, rows + k, width, own, r + k, 0)
+        for k in range(0 if b == 3 else entry, width - 1, 4):
+            add_four(n, own, weights, 1, 0, own, rows + k, width, own, r + k, 0)
+        inverse = 1.0 / own[r + entry + j]
+        own[r + last] = inverse
+        for g in range(3):
             for k in range(b):
-                own[columns + (g * b + k) * height + i] = inverse * own[s + g * lanes + k]
+                own[columns + (g * b + k) * height + modes + j] = -inverse * own[r + g * lanes + k]
+    for i in range(modes):
+        s = rows + i * width
+        inverse = own[s + last]
+        for k in range(b):
+            own[columns + (2 * b + k) * height + i] = -inverse * own[s + 2 * lanes + k]
+    if tensions > 0:
+        own_columns, own_rows = columns + modes, rows + modes * width
+        start, below = columns + modes + b * height, 3 * b * b + b
+        add_block(b, tensions, own, own_columns, height, own, own_rows, width, w, 0)
+        add_block(b, tensions, own, own_columns, height, own, own_rows + lanes, width, w, b)
+        add_block(b, tensions, own, start, height, own, own_rows + lanes, width, w, below)
     for g in range(3):
-        for p in range(g * b, g * b + b):
-            for k in range(g, 3):
-                add_lanes(b, count, own, columns + p * height, own, rows + k * lanes, width, w[p], k * b)
-    return True
+        at, place = columns + g * b * height, 3 * b * b * g + 2 * b
+        add_block(b, modes + tensions, own, at, height, own, rows + 2 * lanes, width, w, place)
 
 
 @kernel
 def forward(size, own, unknown, first, b, rhs, out, f):
     """Take a link's modes and tensions out of the load f (end, start, A)."""
-    buffers = buffer_places(size, b)
-    modes, tensions, lanes = size[MODES], int(own[buffers[2]]) - 1, lanes_of(b)
-    width, height, front = row_width(size, b), column_height(size), 3 * lanes
-    rows, last = buffers[0], width - 1
-    weights = buffers[6] + 3 * b * height
+    modes, tensions, lanes = size[MODES], int(own[size[ACTIVE]]), lanes_of(b)
+    width, entry, rows, last, weights = size[WIDTH], 3 * lanes, size[PIVOTS], size[WIDTH] - 1, size[WEIGHT]
+    index, begin = flat(unknown), b * (first + 2)
     for i in range(modes):
-        at = unknown[first + 2 + i // b, i % b]
+        at = index[begin + i]
         y = rhs[at] * own[rows + i * width + last]
         out[at] = y
         own[weights + i] = -y
     for j in range(tensions):
         r, load = rows + (modes + j) * width, 0.0
         for i in range(modes + j):
-            load += own[weights + i] * own[rows + i * width + front + j]
+            load += own[weights + i] * own[rows + i * width + entry + j]
         y = load * own[r + last]
-        own[r + front + j] = y  # the place of the tension's own pivot is free
+        own[r + entry + j] = y  # the place of the tension's own pivot is free
         own[weights + modes + j] = -y
     for g in range(3):
-        add_lanes(b, modes + tensions, own, weights, own, rows + g * lanes, width, f, g * b)
+        if b == 3:
+            add_planar_node(modes + tensions, own, weights, 1, 0, own, rows + g * lanes, width, f, g * b, 0)
+        else:
+            add_spatial_node(modes + tensions, own, weights, 1, 0, own, rows + g * lanes, width, f, g * b, 0)
 
 
 @kernel
 def backward(size, own, unknown, first, b, end, z, out):
     """Find a link's modes from its end node and z (start node, A)."""
-    buffers = buffer_places(size, b)
-    modes, tensions, lanes = size[MODES], int(own[buffers[2]]) - 1, lanes_of(b)
-    width, height, front = row_width(size, b), column_height(size), 3 * lanes
-    rows, columns, at, last = buffers[0], buffers[6], buffers[1], width - 1
-    found = columns + 3 * b * height
+    modes, tensions, lanes = size[MODES], int(own[size[ACTIVE]]), lanes_of(b)
+    width, height, entry = size[WIDTH], size[HEIGHT], 3 * lanes
+    rows, last, at, found = size[PIVOTS], size[WIDTH] - 1, size[FRONT], size[WEIGHT]
+    index, begin = flat(unknown), b * (first + 2)
     for k in range(b):
         own[at + k] = end[k]
         own[at + b + k] = z[k]
         own[at + 2 * b + k] = z[b + k]
     for i in range(0, height, 4):
-        own[found + i], own[found + i + 1], own[found + i + 2], own[found + i + 3] = 0.0, 0.0, 0.0, 0.0
-        sum_four(3 * b, own, at, 1, own, columns + i, height, own, found + i)
+        four_once(3 * b, own, at, 1, 0, own, size[COLUMN] + i, height, own, found + i, 0)
     for j in range(tensions - 1, -1, -1):
         r, total = rows + (modes + j) * width, 0.0
         for k in range(j + 1, tensions):
-            total += own[r + front + k] * own[found + modes + k]
-        own[found + modes + j] += own[r + front + j] - total * own[r + last]
+            total += own[r + entry + k] * own[found + modes + k]
+        own[found + modes + j] += own[r + entry + j] - total * own[r + last]
     for i in range(modes):
         r, total = rows + i * width, 0.0
         for k in range(tensions):
-            total += own[r + front + k] * own[found + modes + k]
-        out[unknown[first + 2 + i // b, i % b]] += own[found + i] - total * own[r + last]
+            total += own[r + entry + k] * own[found + modes + k]
+        out[index[begin + i]] += own[found + i] - total * own[r + last]
 
 
 @kernel

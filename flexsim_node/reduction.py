@@ -37,7 +37,7 @@ from .beam import (
     middle_rotation,
     squared_slope,
 )
-from .reduced_chain import BUFFER, COLUMNS, DATA, MODES, PIECES, SHAPE, buffer_places
+from .reduced_chain import COLUMNS, MODES, ROTATION, places
 
 AXIAL_MODES = 2
 # nodal dofs of the kinds of modes, in their order
@@ -250,30 +250,26 @@ def reduce_link(
 def reduced_links(
     found: dict[int, ReducedLink], links: int, dofs: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (L, 12) and tape of constants of a chain's reduced links (link number to its reduction)."""
+    """Table (L, 30) and tape of constants of a chain's reduced links (link number to its reduction)."""
     b = len(dofs)
     both = [*dofs, *(6 + k for k in dofs)]
     table = np.zeros((links, COLUMNS), dtype=np.int64)
     table[:, MODES] = -1
     tape: list[np.ndarray] = []
-    buffer = 0
+    constants = buffers = 0
     for n, one in found.items():
-        modes, size = sum(one.counts), table[n]
-        size[: DATA + 1] = (
+        modes = sum(one.counts)
+        table[n, : ROTATION + 1] = (
             -(-modes // b),
             modes,
             *one.counts[:3],
             len(one.tension),
             len(one.mass),
             len(one.section),
-            sum(part.size for part in tape),
         )
+        shape = one.shape[:, dofs][:, :, [*both, *range(12, 12 + modes)]]
+        buffers = places(table[n], b, constants, shape.size, buffers)
         tape += [one.mass, one.section, one.slope, one.tension]
-        tape += [one.modal_mass, one.modal_stiffness, one.coupling[:, both]]
-        size[SHAPE] = sum(part.size for part in tape)
-        tape.append(one.shape[:, dofs][:, :, [*both, *range(12, 12 + modes)]])
-        size[PIECES] = sum(part.size for part in tape)
-        tape.append(one.element)
-        size[BUFFER] = buffer
-        buffer = buffer_places(size, b)[-1]
+        tape += [one.modal_mass, one.modal_stiffness, one.coupling[:, both], shape, one.element]
+        constants = sum(part.size for part in tape)
     return table, np.concatenate([np.zeros(0), *(part.ravel() for part in tape)])

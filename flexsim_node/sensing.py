@@ -22,9 +22,10 @@ from .chain import (
 from .co_moving import station as co_moving_station
 from .co_moving.view import carrier_pose
 from .dynamics import residual
+from .flat import flat
 from .kernel import kernel
 from .kinematics import accelerate, place, spatial_row
-from .reduced_chain import CENTRELINE, MODES, PIECES, TENSIONS, buffer_places
+from .reduced_chain import CENTRELINE, LINE, MODES, PIECES, TENSIONS
 from .reduced_link import elongation, recover
 from .station import interpolate, point_acceleration, section_forces, take_part
 
@@ -102,14 +103,13 @@ def stretch(reduction, dofs, chain, work, n, m, rows, rates):
         return
     d, v, own, piece = work.node[DISPLACEMENT], work.node[RATE], work.modal, work.row[2]
     beam_element(reduction, chain, n, m, piece)
-    e, at, count = chain.element[chain.link[n, FIRST_ELEMENT]], buffer_places(size, b)[3], size[CENTRELINE]
+    e, at, count = chain.element[chain.link[n, FIRST_ELEMENT]], size[LINE], size[CENTRELINE]
     if len(dofs) == 3:
-        planar_reduced_beam.centreline(e, size, d, first, 1.0, own[at : at + 3 * count])
-        planar_reduced_beam.centreline(e, size, v, first, 0.0, own[at + 3 * count : at + 6 * count])
+        planar_reduced_beam.centreline(e, size, flat(d), first, 1.0, own, at)
+        planar_reduced_beam.centreline(e, size, flat(v), first, 0.0, own, at + 2 * count)
     else:
-        t = work.scratch
-        spatial_reduced_beam.centreline(e, size, d, first, 1.0, t, own[at : at + 3 * count])
-        spatial_reduced_beam.centreline(e, size, v, first, 0.0, t, own[at + 3 * count : at + 6 * count])
+        spatial_reduced_beam.centreline(e, size, flat(d), first, 1.0, own, at)
+        spatial_reduced_beam.centreline(e, size, flat(v), first, 0.0, own, at + 3 * count)
     length, pieces = piece[LENGTH], e[LENGTH] / piece[LENGTH]
     long, rate = elongation(size, chain.modal, own, d, v, first, b, m, pieces)
     p, r, pv, rv = rows[0], rows[1], rates[0], rates[1]

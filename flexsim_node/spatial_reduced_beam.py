@@ -1,316 +1,433 @@
 """Forces and inertia coupling of a reduced link in space: spatial_beam.py with the modes' functions added.
 
 Rows first, first + 1 of the nodal arrays are the link's start and end; its modes follow, packed.  size, data,
-own as in reduced_link.py; e is the row of the link as one element, t scratch (30, 3).
+own as in reduced_link.py; e is the row of the link as one element.
 """
 
 from __future__ import annotations
 
 from . import spatial_beam
-from .beam import INERTIA_Y, INERTIA_Z, LENGTH, POLAR
+from .beam import (
+    INERTIA_Y,
+    INERTIA_Z,
+    LENGTH,
+    POLAR,
+    SHEAR_Y,
+    SHEAR_Z,
+    hermite,
+    hermite_transpose,
+    middle_rotation,
+)
+from .flat import flat
 from .kernel import kernel
 from .reduced_chain import (
     AXIALS,
     CENTRELINE,
+    LINE,
+    MASS_GRAM,
+    MIX,
+    MODAL_STIFFNESS,
     MODES,
+    PIVOTS,
     ROTATION,
     TENSIONS,
+    TURN,
+    TURN_GRAM,
+    TURN_MIX,
+    WIDTH,
     Y_MODES,
     Z_MODES,
-    buffer_places,
-    constant_places,
-    row_width,
 )
-from .reduced_link import field, mode_rows, products, slope_energy, stiffen, tension_row
+from .reduced_link import products, slope_energy, stiffen
+from .weighted_sum import dot, four_seven_times, four_thrice
 
 
 @kernel
-def centreline(e, size, rows, first, x, t, c):
-    """Write the coefficients of the centreline's functions into c (3 F,); x = 1 adds the rest shape.
+def centreline(e, size, z, first, x, own, c):
+    """Write the coefficients of the centreline's functions into own[c:] (3, F); x = 1 adds the rest shape.
 
-    Of a mode only the one that is not always zero.
+    z are nodal rows, flat.  Of a mode only the one that is not always zero.
     """
-    n, axial, plane = size[CENTRELINE], size[AXIALS], size[AXIALS] + size[Y_MODES]
-    spatial_beam.centreline(e, rows[first], rows[first + 1], x, t)
-    for k in range(3):
-        for i in range(4):
-            c[k * n + i] = t[i, k]
-    for i in range(plane + size[Z_MODES]):
-        at = 0 if i < axial else (1 if i < plane else 2)
-        c[at * n + 4 + i] = rows[first + 2 + i // 6, i % 6]
+    p, r, m, n, length = 6 * first, 6 * first + 6, 6 * first + 12, size[CENTRELINE], e[LENGTH]
+    axial, plane = size[AXIALS], size[AXIALS] + size[Y_MODES]
+    stretch = z[r] - z[p] + x * length
+    own[c], own[c + 1], own[c + 2], own[c + 3] = z[p], stretch, z[r] + x * length, stretch
+    h = c + n
+    own[h], own[h + 1], own[h + 2], own[h + 3] = hermite(
+        z[p + 1], z[p + 5], z[r + 1], z[r + 5], length, e[SHEAR_Z]
+    )
+    h = c + 2 * n
+    own[h], own[h + 1], own[h + 2], own[h + 3] = hermite(
+        z[p + 2], -z[p + 4], z[r + 2], -z[r + 4], length, e[SHEAR_Y]
+    )
+    for i in range(axial):
+        own[c + 4 + i] = z[m + i]
+    for i in range(axial, plane):
+        own[c + n + 4 + i] = z[m + i]
+    for i in range(plane, plane + size[Z_MODES]):
+        own[c + 2 * n + 4 + i] = z[m + i]
 
 
 @kernel
-def rotation(e, size, rows, first, t, phi):
-    """Write the coefficients of the section's rotation into phi (3 G,)."""
-    n, axial, plane = size[ROTATION], size[AXIALS], size[Y_MODES]
-    space = plane + size[Z_MODES]
-    spatial_beam.section_rotation(e, rows[first], rows[first + 1], t)
-    for k in range(3):
-        for i in range(3):
-            phi[k * n + i] = t[i, k]
-        for i in range(3, n):
-            phi[k * n + i] = 0.0
-    for i in range(size[MODES] - axial):
-        at = 2 if i < plane else (1 if i < space else 0)
-        phi[at * n + 3 + i] = rows[first + 2 + (axial + i) // 6, (axial + i) % 6]
+def rotation(e, size, z, first, own, phi):
+    """Write the coefficients of the section's rotation into own[phi:] (3, G); z are nodal rows, flat."""
+    p, r, n, axial, length = 6 * first, 6 * first + 6, size[ROTATION], size[AXIALS], e[LENGTH]
+    plane, space, m = size[Y_MODES], size[Y_MODES] + size[Z_MODES], 6 * first + 12 + size[AXIALS]
+    own[phi], own[phi + 1], own[phi + 2] = z[p + 3], 0.5 * (z[p + 3] + z[r + 3]), z[r + 3]
+    h = phi + n
+    own[h], own[h + 2] = z[p + 4], z[r + 4]
+    own[h + 1] = -middle_rotation(z[p + 2], -z[p + 4], z[r + 2], -z[r + 4], length, e[SHEAR_Y])
+    h = phi + 2 * n
+    own[h], own[h + 2] = z[p + 5], z[r + 5]
+    own[h + 1] = middle_rotation(z[p + 1], z[p + 5], z[r + 1], z[r + 5], length, e[SHEAR_Z])
+    for i in range(plane):
+        own[phi + 2 * n + 3 + i] = z[m + i]
+    for i in range(plane, space):
+        own[phi + n + 3 + i] = z[m + i]
+    for i in range(space, size[MODES] - axial):
+        own[phi + 3 + i] = z[m + i]
 
 
 @kernel
-def spread(e, size, g, t, force, first):
-    """Add forces g (3 F,) on the centreline's functions to those of the ends and the modes."""
-    n, axial, plane = size[CENTRELINE], size[AXIALS], size[AXIALS] + size[Y_MODES]
-    for k in range(3):
-        for i in range(4):
-            t[i, k] = g[k * n + i]
-    spatial_beam.spread(e, t, force[first], force[first + 1])
-    for i in range(plane + size[Z_MODES]):
-        at = 0 if i < axial else (1 if i < plane else 2)
-        force[first + 2 + i // 6, i % 6] += g[at * n + 4 + i]
+def spread(e, size, own, g, force, first):
+    """Add forces own[g:] (3, F) on the centreline's functions to those of the ends and the modes, flat."""
+    p, r, m, n, length = 6 * first, 6 * first + 6, 6 * first + 12, size[CENTRELINE], e[LENGTH]
+    axial, plane = size[AXIALS], size[AXIALS] + size[Y_MODES]
+    pull = own[g + 1] + own[g + 3]
+    force[p] += own[g] - pull
+    force[r] += own[g + 2] + pull
+    h = g + n
+    w1, t1, w2, t2 = hermite_transpose(own[h], own[h + 1], own[h + 2], own[h + 3], length, e[SHEAR_Z])
+    force[p + 1] += w1
+    force[p + 5] += t1
+    force[r + 1] += w2
+    force[r + 5] += t2
+    h = g + 2 * n
+    w1, t1, w2, t2 = hermite_transpose(own[h], own[h + 1], own[h + 2], own[h + 3], length, e[SHEAR_Y])
+    force[p + 2] += w1
+    force[p + 4] -= t1
+    force[r + 2] += w2
+    force[r + 4] -= t2
+    for i in range(axial):
+        force[m + i] += own[g + 4 + i]
+    for i in range(axial, plane):
+        force[m + i] += own[g + n + 4 + i]
+    for i in range(plane, plane + size[Z_MODES]):
+        force[m + i] += own[g + 2 * n + 4 + i]
 
 
 @kernel
-def spread_rotation(e, size, g, t, force, first):
-    """Add moments g (3 G,) on the rotation's functions to the forces of the ends and the modes."""
-    n, axial, plane = size[ROTATION], size[AXIALS], size[Y_MODES]
-    space = plane + size[Z_MODES]
-    for k in range(3):
-        for i in range(3):
-            t[i, k] = g[k * n + i]
-    spatial_beam.spread_rotation(e, t, force[first], force[first + 1])
-    for i in range(size[MODES] - axial):
-        at = 2 if i < plane else (1 if i < space else 0)
-        force[first + 2 + (axial + i) // 6, (axial + i) % 6] += g[at * n + 3 + i]
+def middle_forces(e, shear, g1):
+    """Forces on the nodal (w, t) of start and end of a moment g1 on the middle section's rotation."""
+    w = 1.5 * (1.0 - shear) * g1 / e[LENGTH]
+    t = -(0.25 - 0.75 * shear) * g1
+    return -w, t, w, t
 
 
 @kernel
-def leave_out_softening(f, n, h, g):
+def spread_rotation(e, size, own, g, force, first):
+    """Add moments own[g:] (3, G) on the rotation's functions to those of the ends and the modes, flat."""
+    p, r, n, axial = 6 * first, 6 * first + 6, size[ROTATION], size[AXIALS]
+    plane, space, m = size[Y_MODES], size[Y_MODES] + size[Z_MODES], 6 * first + 12 + size[AXIALS]
+    force[p + 3] += own[g] + 0.5 * own[g + 1]
+    force[r + 3] += own[g + 2] + 0.5 * own[g + 1]
+    h = g + n
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -own[h + 1])
+    force[p + 2] += w1
+    force[p + 4] += own[h] - t1
+    force[r + 2] += w2
+    force[r + 4] += own[h + 2] - t2
+    h = g + 2 * n
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], own[h + 1])
+    force[p + 1] += w1
+    force[p + 5] += own[h] + t1
+    force[r + 1] += w2
+    force[r + 5] += own[h + 2] + t2
+    for i in range(plane):
+        force[m + i] += own[g + 2 * n + 3 + i]
+    for i in range(plane, space):
+        force[m + i] += own[g + n + 3 + i]
+    for i in range(space, size[MODES] - axial):
+        force[m + i] += own[g + 3 + i]
+
+
+@kernel
+def turned_frame(f, coriolis):
+    """Matrix of the acceleration of a point by its place, row by row, and the vector of that by its rate."""
+    w0, w1, w2 = f[0], f[1], f[2]
+    x0, x1, x2 = (2.0 * w0, 2.0 * w1, 2.0 * w2) if coriolis else (0.0, 0.0, 0.0)
+    return (
+        -w1 * w1 - w2 * w2,
+        w0 * w1 - f[8],
+        w0 * w2 + f[7],
+        w0 * w1 + f[8],
+        -w0 * w0 - w2 * w2,
+        w1 * w2 - f[6],
+        w0 * w2 - f[7],
+        w1 * w2 + f[6],
+        -w0 * w0 - w1 * w1,
+        x0,
+        x1,
+        x2,
+    )
+
+
+@kernel
+def leave_out_softening(f, n, own, h, g):
     """spatial_beam.leave_out_softening for components one after the other."""
     w0, w1, w2 = f[0], f[1], f[2]
     square = w0 * w0 + w1 * w1 + w2 * w2
     for k in range(n):
-        along = w0 * h[k] + w1 * h[n + k] + w2 * h[2 * n + k]
-        g[k] -= along * w0 - square * h[k]
-        g[n + k] -= along * w1 - square * h[n + k]
-        g[2 * n + k] -= along * w2 - square * h[2 * n + k]
+        along = w0 * own[h + k] + w1 * own[h + n + k] + w2 * own[h + 2 * n + k]
+        own[g + k] -= along * w0 - square * own[h + k]
+        own[g + n + k] -= along * w1 - square * own[h + n + k]
+        own[g + 2 * n + k] -= along * w2 - square * own[h + 2 * n + k]
 
 
 @kernel
-def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, force, wrench, t):
+def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, force, wrench):
     """Add inertia, elastic and damping forces of a reduced link to nodes, modes and the link's wrench.
 
     Frame, coriolis and spin as in spatial_beam.inertia_force.
     """
-    w0, w1, w2 = f[0], f[1], f[2]
-    b00, b11, b22 = -w1 * w1 - w2 * w2, -w0 * w0 - w2 * w2, -w0 * w0 - w1 * w1
-    b01, b10 = w0 * w1 - f[8], w0 * w1 + f[8]
-    b02, b20 = w0 * w2 + f[7], w0 * w2 - f[7]
-    b12, b21 = w1 * w2 - f[6], w1 * w2 + f[6]
-    x0, x1, x2 = (2.0 * w0, 2.0 * w1, 2.0 * w2) if coriolis else (0.0, 0.0, 0.0)
-    places, centre, n = constant_places(size, 6), buffer_places(size, 6)[3], size[CENTRELINE]
-    mass = data[places[0] : places[1]]
-    c, ca = own[centre : centre + 3 * n], own[centre + 9 * n : centre + 12 * n]
-    g, r = own[centre + 12 * n : centre + 15 * n], own[centre + 15 * n : centre + 15 * n + 27]
-    centreline(e, size, d, first, 1.0, t, c)
-    centreline(e, size, v, first, 0.0, t, own[centre + 3 * n : centre + 6 * n])
-    centreline(e, size, a, first, 0.0, t, own[centre + 6 * n : centre + 9 * n])
-    r[0], r[1], r[2], r[3], r[4], r[5], r[6] = b00, b01, b02, alpha, -x2, x1, 1.0
-    r[9], r[10], r[11], r[12], r[13], r[14], r[16] = b10, b11, b12, x2, alpha, -x0, 1.0
-    r[18], r[19], r[20], r[21], r[22], r[23], r[26] = b20, b21, b22, -x1, x0, alpha, 1.0
-    field(size, own, 6, 3)
+    b00, b01, b02, b10, b11, b12, b20, b21, b22, x0, x1, x2 = turned_frame(f, coriolis)
+    n, c, r = size[CENTRELINE], size[LINE], size[MIX]
+    x, y, z, out = flat(d), flat(v), flat(a), flat(force)
+    ca, g = c + 9 * n, c + 12 * n
+    centreline(e, size, x, first, 1.0, own, c)
+    centreline(e, size, y, first, 0.0, own, c + 3 * n)
+    centreline(e, size, z, first, 0.0, own, c + 6 * n)
+    # by place, rate and acceleration
+    own[r], own[r + 1], own[r + 2], own[r + 3], own[r + 4], own[r + 5] = b00, b01, b02, alpha, -x2, x1
+    own[r + 9], own[r + 10], own[r + 11], own[r + 12], own[r + 13], own[r + 14] = (
+        b10,
+        b11,
+        b12,
+        x2,
+        alpha,
+        -x0,
+    )
+    own[r + 18], own[r + 19], own[r + 20], own[r + 21], own[r + 22], own[r + 23] = (
+        b20,
+        b21,
+        b22,
+        -x1,
+        x0,
+        alpha,
+    )
+    own[r + 6], own[r + 16], own[r + 26] = 1.0, 1.0, 1.0
+    for j in range(0, n, 4):
+        four_thrice(9, own, size[MIX], 1, 9, own, c + j, n, own, ca + j, n)
     for k in range(3):
-        ca[k * n] += f[3 + k]
-        ca[k * n + 2] += f[3 + k]
-    products(mass, n, 3, ca, g)
-    m0 = m1 = m2 = 0.0
-    for k in range(n):
-        m0 += c[n + k] * g[2 * n + k] - c[2 * n + k] * g[n + k]
-        m1 += c[2 * n + k] * g[k] - c[k] * g[2 * n + k]
-        m2 += c[k] * g[n + k] - c[n + k] * g[k]
+        own[ca + k * n] += f[3 + k]
+        own[ca + k * n + 2] += f[3 + k]
+    products(3, data, size[MASS_GRAM], n, own, ca, g)
     for k in range(3):
-        wrench[k] += g[k * n] + g[k * n + 2]
-    wrench[3] += m0
-    wrench[4] += m1
-    wrench[5] += m2
+        wrench[k] += own[g + k * n] + own[g + k * n + 2]
+    cy, cz, gy, gz = c + n, c + 2 * n, g + n, g + 2 * n
+    wrench[3] += dot(n, own, cy, own, gz) - dot(n, own, cz, own, gy)
+    wrench[4] += dot(n, own, cz, own, g) - dot(n, own, c, own, gz)
+    wrench[5] += dot(n, own, c, own, gy) - dot(n, own, cy, own, g)
     if not spin:
-        c[1] -= e[LENGTH]
-        c[2] -= e[LENGTH]
-        c[3] -= e[LENGTH]
-        products(mass, n, 3, c, ca)
-        leave_out_softening(f, n, ca, g)
+        own[c + 1] -= e[LENGTH]
+        own[c + 2] -= e[LENGTH]
+        own[c + 3] -= e[LENGTH]
+        products(3, data, size[MASS_GRAM], n, own, c, ca)
+        leave_out_softening(f, n, own, ca, g)
     if size[TENSIONS] > 0:
-        stiffen(size, data, own, d, v, first, 6, 1.0, beta, force)
-    spread(e, size, g, t, force, first)
+        stiffen(size, data, own, x, y, first, 6, 1.0, beta, out)
+    spread(e, size, own, g, out, first)
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
-        section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin, force, wrench, t)
+        section_forces(size, data, own, e, f, x, y, z, first, alpha, coriolis, spin, out, wrench)
     elif e[POLAR] > 0.0:
-        spin_forces(size, data, own, e, f, v, a, first, alpha, coriolis, force, wrench, t)
+        spin_forces(size, data, own, e, f, y, z, first, alpha, coriolis, out, wrench)
     spatial_beam.elastic_force(e, d, first + 1, force)
     if beta > 0.0:
         spatial_beam.stiffness_product(e, d, v, first + 1, beta, force)
+    begin = 6 * first + 12
     for i in range(size[MODES]):
-        p, q = first + 2 + i // 6, i % 6
-        force[p, q] += data[places[5] + i] * (d[p, q] + beta * v[p, q])
+        out[begin + i] += data[size[MODAL_STIFFNESS] + i] * (x[begin + i] + beta * y[begin + i])
 
 
 @kernel
-def stiffness_product(size, data, own, e, d, y, first, scale, force, t):
+def stiffness_product(size, data, own, e, d, y, first, scale, force):
     """Add scale times the stiffness at the displacements d times the nodal vector y to the forces.
 
     The stiffness is the tangent without the axial force's own (geometric) part.
     """
-    places, centre, n = constant_places(size, 6), buffer_places(size, 6)[3], size[CENTRELINE]
+    n, c, g = size[CENTRELINE], size[LINE], size[LINE] + 12 * size[CENTRELINE]
+    rows, out, begin = flat(y), flat(force), 6 * first + 12
     spatial_beam.stiffness_product(e, d, y, first + 1, scale, force)
     for i in range(size[MODES]):
-        p, q = first + 2 + i // 6, i % 6
-        force[p, q] += scale * data[places[5] + i] * y[p, q]
+        out[begin + i] += scale * data[size[MODAL_STIFFNESS] + i] * rows[begin + i]
     if size[TENSIONS] > 0:
-        g = own[centre + 12 * n : centre + 15 * n]
-        centreline(e, size, d, first, 1.0, t, own[centre : centre + 3 * n])
-        centreline(e, size, y, first, 0.0, t, own[centre + 3 * n : centre + 6 * n])
+        centreline(e, size, flat(d), first, 1.0, own, c)
+        centreline(e, size, rows, first, 0.0, own, c + 3 * n)
         for k in range(3 * n):
-            g[k] = 0.0
-        stiffen(size, data, own, d, y, first, 6, 0.0, scale, force)
-        spread(e, size, g, t, force, first)
+            own[g + k] = 0.0
+        stiffen(size, data, own, flat(d), rows, first, 6, 0.0, scale, out)
+        spread(e, size, own, g, out, first)
 
 
 @kernel
-def section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin, force, wrench, t):
-    """Add the inertia forces of the sections' rotation; directors as in spatial_beam.inertia_force."""
-    w0, w1, w2 = f[0], f[1], f[2]
-    b00, b11, b22 = -w1 * w1 - w2 * w2, -w0 * w0 - w2 * w2, -w0 * w0 - w1 * w1
-    b01, b10 = w0 * w1 - f[8], w0 * w1 + f[8]
-    b02, b20 = w0 * w2 + f[7], w0 * w2 - f[7]
-    b12, b21 = w1 * w2 - f[6], w1 * w2 + f[6]
-    x0, x1, x2 = (2.0 * w0, 2.0 * w1, 2.0 * w2) if coriolis else (0.0, 0.0, 0.0)
-    iy, iz, n = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION]
-    places, at = constant_places(size, 6), buffer_places(size, 6)[4]
-    section = data[places[1] : places[2]]
-    phi, pv = own[at : at + 3 * n], own[at + 3 * n : at + 6 * n]
-    pa, moment = own[at + 6 * n : at + 9 * n], own[at + 9 * n : at + 12 * n]
-    made, spun = own[at + 12 * n : at + 15 * n], own[at + 15 * n : at + 18 * n]
-    rotation(e, size, d, first, t, phi)
-    rotation(e, size, v, first, t, pv)
-    rotation(e, size, a, first, t, pa)
-    products(section, n, 3, phi, spun)
+def section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin, force, wrench):
+    """Add the inertia forces of the sections' rotation; directors as in spatial_beam.inertia_force.
+
+    All nodal rows are flat.
+    """
+    b00, b01, b02, b10, b11, b12, b20, b21, b22, x0, x1, x2 = turned_frame(f, coriolis)
+    iy, iz, n, gram = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN_GRAM]
+    phi, r = size[TURN], size[TURN_MIX]
+    moment, made, spun = phi + 9 * n, phi + 16 * n, phi + 19 * n
+    rotation(e, size, d, first, own, phi)
+    rotation(e, size, v, first, own, phi + 3 * n)
+    rotation(e, size, a, first, own, phi + 6 * n)
+    products(3, data, gram, n, own, phi, spun)
+    # inertia forces on the director y by phi, its rate and its acceleration, from (-phi_z, 1, phi_x):
+    #   x: -b00 pz + b02 px + x1 vx - alpha vz - az
+    #   y: -b10 pz + b12 px - x2 vz - x0 vx
+    #   z: -b20 pz + b22 px + x1 vz + alpha vx + ax
+    # on the director z, from (phi_y, -phi_x, 1):
+    #   x: b00 py - b01 px + x2 vx + alpha vy + ay
+    #   y: b10 py - b11 px + x2 vy - alpha vx - ax
+    #   z: b20 py - b21 px - x0 vx - x1 vy
+    # the moment is (y_z - z_y, z_x, -y_x); after it y_y, y_z, z_y, z_z
+    own[r], own[r + 1], own[r + 2] = iy * b22 + iz * b11, -iz * b10, -iy * b20
+    own[r + 3], own[r + 4], own[r + 5], own[r + 6] = (iy + iz) * alpha, -iz * x2, iy * x1, iy + iz
+    r += 9
+    own[r], own[r + 1], own[r + 3], own[r + 4], own[r + 7] = -iz * b01, iz * b00, iz * x2, iz * alpha, iz
+    r += 9
+    own[r], own[r + 2], own[r + 3], own[r + 5], own[r + 8] = -iy * b02, iy * b00, -iy * x1, iy * alpha, iy
+    r += 9
+    own[r], own[r + 2], own[r + 3], own[r + 5] = iy * b12, -iy * b10, -iy * x0, -iy * x2
+    r += 9
+    own[r], own[r + 2], own[r + 3], own[r + 5], own[r + 6] = iy * b22, -iy * b20, iy * alpha, iy * x1, iy
+    r += 9
+    own[r], own[r + 1], own[r + 3], own[r + 4], own[r + 6] = -iz * b11, iz * b10, -iz * alpha, iz * x2, -iz
+    r += 9
+    own[r], own[r + 1], own[r + 3], own[r + 4] = -iz * b21, iz * b20, -iz * x0, -iz * x1
+    for j in range(0, n, 4):
+        four_seven_times(9, own, size[TURN_MIX], 1, 9, own, phi + j, n, own, moment + j, n)
+    for k in range(moment, moment + 3):
+        own[k] += iy * b21 - iz * b12
+        own[k + n] += iz * b02
+        own[k + 2 * n] -= iy * b01
+        own[k + 3 * n] += iy * b11
+        own[k + 4 * n] += iy * b21
+        own[k + 5 * n] += iz * b12
+        own[k + 6 * n] += iz * b22
+    products(3, data, gram, n, own, moment, made)
     m0 = m1 = m2 = 0.0
-    for k in range(n):
-        px, py, pz = phi[k], phi[n + k], phi[2 * n + k]
-        vx, vy, vz = pv[k], pv[n + k], pv[2 * n + k]
-        ax, ay, az = pa[k] + alpha * vx, pa[n + k] + alpha * vy, pa[2 * n + k] + alpha * vz
-        one = 1.0 if k < 3 else 0.0
-        fy0 = iy * (-b00 * pz + b01 * one + b02 * px + x1 * vx - az)
-        fy1 = iy * (-b10 * pz + b11 * one + b12 * px - x2 * vz - x0 * vx)
-        fy2 = iy * (-b20 * pz + b21 * one + b22 * px + x1 * vz + ax)
-        fz0 = iz * (b00 * py - b01 * px + b02 * one + x2 * vx + ay)
-        fz1 = iz * (b10 * py - b11 * px + b12 * one + x2 * vy - ax)
-        fz2 = iz * (b20 * py - b21 * px + b22 * one - x0 * vx - x1 * vy)
-        moment[k], moment[n + k], moment[2 * n + k] = fy2 - fz1, fz0, -fy0
-        sx, sy, sz = spun[k], spun[n + k], spun[2 * n + k]
-        m0 -= sx * (fy1 + fz2)
-        m1 += sx * fy0 + sz * fy2 - sy * fz2
-        m2 += sx * fz0 - sz * fy1 + sy * fz1
-    products(section, n, 3, moment, made)
     for k in range(3):
-        m0 += made[k]
-        m1 += made[n + k]
-        m2 += made[2 * n + k]
+        m0 += own[made + k]
+        m1 += own[made + n + k]
+        m2 += own[made + 2 * n + k]
+    sx, sy, sz = spun, spun + n, spun + 2 * n
+    fyy, fyz, fzy, fzz = moment + 3 * n, moment + 4 * n, moment + 5 * n, moment + 6 * n
+    m0 -= dot(n, own, sx, own, fyy) + dot(n, own, sx, own, fzz)
+    m1 += dot(n, own, sz, own, fyz) - dot(n, own, sx, own, moment + 2 * n) - dot(n, own, sy, own, fzz)
+    m2 += dot(n, own, sx, own, moment + n) - dot(n, own, sz, own, fyy) + dot(n, own, sy, own, fzy)
     wrench[3] += m0
     wrench[4] += m1
     wrench[5] += m2
     if not spin:
         # without the centrifugal force of what the rotation adds to the directors, (-pz, 0, px), (py, -px, 0)
-        for k in range(n):
-            sx, sy, sz = spun[k], spun[n + k], spun[2 * n + k]
+        w0, w1, w2 = f[0], f[1], f[2]
+        square = w0 * w0 + w1 * w1 + w2 * w2
+        for k in range(made, made + n):
+            sx, sy, sz = own[k + 3 * n], own[k + 4 * n], own[k + 5 * n]
             along, across = w2 * sx - w0 * sz, w0 * sy - w1 * sx
-            square = w0 * w0 + w1 * w1 + w2 * w2
-            made[k] -= iy * (along * w2 - square * sx) - iz * (across * w1 + square * sx)
-            made[n + k] -= iz * (across * w0 - square * sy)
-            made[2 * n + k] += iy * (along * w0 + square * sz)
-    spread_rotation(e, size, made, t, force, first)
+            own[k] -= iy * (along * w2 - square * sx) - iz * (across * w1 + square * sx)
+            own[k + n] -= iz * (across * w0 - square * sy)
+            own[k + 2 * n] += iy * (along * w0 + square * sz)
+    spread_rotation(e, size, own, made, force, first)
 
 
 @kernel
-def spin_forces(size, data, own, e, f, v, a, first, alpha, coriolis, force, wrench, t):
-    """Add the inertia of the sections' spin about the beam alone."""
-    n = size[ROTATION]
-    places, at = constant_places(size, 6), buffer_places(size, 6)[4]
-    pv, pa = own[at + 3 * n : at + 6 * n], own[at + 6 * n : at + 9 * n]
-    made = own[at + 12 * n : at + 15 * n]
-    rotation(e, size, v, first, t, pv)
-    rotation(e, size, a, first, t, pa)
+def spin_forces(size, data, own, e, f, v, a, first, alpha, coriolis, force, wrench):
+    """Add the inertia of the sections' spin about the beam alone; all nodal rows are flat."""
+    n, pv, pa = size[ROTATION], size[TURN] + 3 * size[ROTATION], size[TURN] + 6 * size[ROTATION]
+    made = size[TURN] + 16 * n
+    rotation(e, size, v, first, own, pv)
+    rotation(e, size, a, first, own, pa)
     for k in range(n):
         one = 1.0 if k < 3 else 0.0
-        pa[k] = e[POLAR] * (pa[k] + alpha * pv[k] + f[6] * one)
-        pa[n + k] = e[POLAR] * ((pv[k] if coriolis else 0.0) + f[0] * one)
-        pa[2 * n + k] = 0.0
-    products(data[places[1] : places[2]], n, 3, pa, made)
+        own[pa + k] = e[POLAR] * (own[pa + k] + alpha * own[pv + k] + f[6] * one)
+        own[pa + n + k] = e[POLAR] * ((own[pv + k] if coriolis else 0.0) + f[0] * one)
+        own[pa + 2 * n + k] = 0.0
+    products(3, data, size[TURN_GRAM], n, own, pa, made)
     turning = 0.0
     for k in range(3):
-        wrench[3] += made[k]
-        turning += made[n + k]
+        wrench[3] += own[made + k]
+        turning += own[made + n + k]
     wrench[4] += f[2] * turning
     wrench[5] -= f[1] * turning
     for k in range(n):
-        made[n + k] = 0.0
-    spread_rotation(e, size, made, t, force, first)
+        own[made + n + k] = 0.0
+    spread_rotation(e, size, own, made, force, first)
 
 
 @kernel
-def inertia_coupling(size, data, own, e, d, first, coupling, inertia, t):
+def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
     """Write d(force)/d(link acceleration) of both ends into coupling (12, 6), of the modes into their rows.
 
     The link's own is added to inertia (6, 6), upper triangle.
     """
-    places, buffers, n = constant_places(size, 6), buffer_places(size, 6), size[CENTRELINE]
-    axial, width, centre = size[AXIALS], row_width(size, 6), buffers[3]
-    plane = axial + size[Y_MODES]
-    mass = data[places[0] : places[1]]
-    c, q, g = own[centre : centre + 3 * n], own[centre + 12 * n : centre + 15 * n], t[0:4]
-    centreline(e, size, d, first, 1.0, t, c)
-    products(mass, n, 3, c, q)
+    n, mass, axial, width, length = size[CENTRELINE], size[MASS_GRAM], size[AXIALS], size[WIDTH], e[LENGTH]
+    plane, c, at = axial + size[Y_MODES], size[LINE], size[PIVOTS] + 16
+    q = c + 12 * n
+    centreline(e, size, flat(d), first, 1.0, own, c)
+    products(3, data, mass, n, own, c, q)
+    qx, qy, qz = q, q + n, q + 2 * n
+    total = data[mass] + 2.0 * data[mass + 2] + data[mass + 2 * n + 2]
     coupling[:] = 0.0
+    # a unit acceleration along e_k has the coefficients (1, 0, 1, 0)
+    half, twelfth = 0.5 * total, total * length / 12.0
     for k in range(3):
-        # a unit acceleration along e_k has the coefficients (1, 0, 1, 0)
-        for i in range(4):
-            for j in range(3):
-                g[i, j] = 0.0
-            g[i, k] = mass[i] + mass[2 * n + i]
-        spatial_beam.spread(e, g, coupling[0:6, k], coupling[6:12, k])
-        p, r = (k + 1) % 3, (k + 2) % 3
-        for i in range(4):
-            g[i, k] = 0.0
-            g[i, p] = -q[r * n + i]
-            g[i, r] = q[p * n + i]
-        spatial_beam.spread(e, g, coupling[0:6, 3 + k], coupling[6:12, 3 + k])
-    for i in range(size[MODES]):
-        row = own[buffers[0] + i * width + 16 : buffers[0] + i * width + 22]
-        for k in range(6):
-            row[k] = 0.0
-        if i < plane + size[Z_MODES]:
-            at = 0 if i < axial else (1 if i < plane else 2)
-            p, r = (at + 1) % 3, (at + 2) % 3
-            row[at] = mass[4 + i] + mass[2 * n + 4 + i]
-            row[3 + p] = q[r * n + 4 + i]
-            row[3 + r] = -q[p * n + 4 + i]
-    total = mass[0] + 2.0 * mass[2] + mass[2 * n + 2]
-    sx, sy, sz = q[0] + q[2], q[n] + q[n + 2], q[2 * n] + q[2 * n + 2]
-    for k in range(3):
+        coupling[k, k] = half
+        coupling[6 + k, k] = half
         inertia[k, k] += total
+    coupling[5, 1] = twelfth
+    coupling[11, 1] = -twelfth
+    coupling[4, 2] = -twelfth
+    coupling[10, 2] = twelfth
+    # about e_k it has those of e_k x c
+    w1, t1, w2, t2 = hermite_transpose(own[qz], own[qz + 1], own[qz + 2], own[qz + 3], length, e[SHEAR_Z])
+    coupling[1, 3], coupling[5, 3], coupling[7, 3], coupling[11, 3] = -w1, -t1, -w2, -t2
+    w1, t1, w2, t2 = hermite_transpose(own[qy], own[qy + 1], own[qy + 2], own[qy + 3], length, e[SHEAR_Y])
+    coupling[2, 3], coupling[4, 3], coupling[8, 3], coupling[10, 3] = w1, -t1, w2, -t2
+    w1, t1, w2, t2 = hermite_transpose(own[qx], own[qx + 1], own[qx + 2], own[qx + 3], length, e[SHEAR_Y])
+    coupling[2, 4], coupling[4, 4], coupling[8, 4], coupling[10, 4] = -w1, t1, -w2, t2
+    w1, t1, w2, t2 = hermite_transpose(own[qx], own[qx + 1], own[qx + 2], own[qx + 3], length, e[SHEAR_Z])
+    coupling[1, 5], coupling[5, 5], coupling[7, 5], coupling[11, 5] = w1, t1, w2, t2
+    pull = own[qz + 1] + own[qz + 3]
+    coupling[0, 4], coupling[6, 4] = own[qz] - pull, own[qz + 2] + pull
+    pull = own[qy + 1] + own[qy + 3]
+    coupling[0, 5], coupling[6, 5] = pull - own[qy], -own[qy + 2] - pull
+    for i in range(axial):
+        row = at + i * width
+        own[row], own[row + 1], own[row + 2] = data[mass + 4 + i] + data[mass + 2 * n + 4 + i], 0.0, 0.0
+        own[row + 3], own[row + 4], own[row + 5] = 0.0, own[qz + 4 + i], -own[qy + 4 + i]
+    for i in range(axial, plane):
+        row = at + i * width
+        own[row], own[row + 1], own[row + 2] = 0.0, data[mass + 4 + i] + data[mass + 2 * n + 4 + i], 0.0
+        own[row + 3], own[row + 4], own[row + 5] = -own[qz + 4 + i], 0.0, own[qx + 4 + i]
+    for i in range(plane, plane + size[Z_MODES]):
+        row = at + i * width
+        own[row], own[row + 1], own[row + 2] = 0.0, 0.0, data[mass + 4 + i] + data[mass + 2 * n + 4 + i]
+        own[row + 3], own[row + 4], own[row + 5] = own[qy + 4 + i], -own[qx + 4 + i], 0.0
+    for i in range(plane + size[Z_MODES], size[MODES]):
+        for k in range(6):
+            own[at + i * width + k] = 0.0
+    sx, sy, sz = own[qx] + own[qx + 2], own[qy] + own[qy + 2], own[qz] + own[qz + 2]
     inertia[0, 4] += sz
     inertia[0, 5] -= sy
     inertia[1, 3] -= sz
     inertia[1, 5] += sx
     inertia[2, 3] += sy
     inertia[2, 4] -= sx
-    xx = yy = zz = xy = xz = yz = 0.0
-    for k in range(n):
-        xx += c[k] * q[k]
-        yy += c[n + k] * q[n + k]
-        zz += c[2 * n + k] * q[2 * n + k]
-        xy += c[k] * q[n + k]
-        xz += c[k] * q[2 * n + k]
-        yz += c[n + k] * q[2 * n + k]
+    xx, yy, zz = dot(n, own, c, own, qx), dot(n, own, c + n, own, qy), dot(n, own, c + 2 * n, own, qz)
+    xy, xz, yz = dot(n, own, c, own, qy), dot(n, own, c, own, qz), dot(n, own, c + n, own, qz)
     inertia[3, 3] += yy + zz
     inertia[4, 4] += xx + zz
     inertia[5, 5] += xx + yy
@@ -318,47 +435,35 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia, t):
     inertia[3, 5] -= xz
     inertia[4, 5] -= yz
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
-        section_coupling(size, data, own, e, d, first, coupling, inertia, t)
+        section_coupling(size, data, own, e, d, first, coupling, inertia)
     elif e[POLAR] > 0.0:
-        n = size[ROTATION]
-        section = data[places[1] : places[2]]
-        g = t[0:3]
-        for i in range(3):
-            g[i, 0] = e[POLAR] * (section[i] + section[n + i] + section[2 * n + i])
-            g[i, 1] = 0.0
-            g[i, 2] = 0.0
-            inertia[3, 3] += g[i, 0]
-        spatial_beam.spread_rotation(e, g, coupling[0:6, 3], coupling[6:12, 3])
+        n, section, half = size[ROTATION], size[TURN_GRAM], 0.5 * e[POLAR] * length
+        coupling[3, 3] += half
+        coupling[9, 3] += half
+        inertia[3, 3] += 2.0 * half
         for i in range(plane - axial + size[Z_MODES], size[MODES] - axial):
-            one = section[3 + i] + section[n + 3 + i] + section[2 * n + 3 + i]
-            own[buffers[0] + (axial + i) * width + 19] += e[POLAR] * one
+            one = data[section + 3 + i] + data[section + n + 3 + i] + data[section + 2 * n + 3 + i]
+            own[at + (axial + i) * width + 3] += e[POLAR] * one
 
 
 @kernel
-def section_coupling(size, data, own, e, d, first, coupling, inertia, t):
+def section_coupling(size, data, own, e, d, first, coupling, inertia):
     """The sections' part of inertia_coupling."""
-    iy, iz, n = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION]
-    places, buffers = constant_places(size, 6), buffer_places(size, 6)
-    section, at, width = data[places[1] : places[2]], buffers[4], row_width(size, 6)
-    phi, spun = own[at : at + 3 * n], own[at + 15 * n : at + 18 * n]
+    iy, iz, n, length = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], e[LENGTH]
+    section, phi, width = size[TURN_GRAM], size[TURN], size[WIDTH]
     axial, plane = size[AXIALS], size[Y_MODES]
-    space = plane + size[Z_MODES]
-    rotation(e, size, d, first, t, phi)
-    products(section, n, 3, phi, spun)
+    space, spun = plane + size[Z_MODES], phi + 19 * n
+    rotation(e, size, flat(d), first, own, phi)
+    products(3, data, section, n, own, phi, spun)
     px = py = pz = 0.0
-    for k in range(3):
-        px += spun[k]
-        py += spun[n + k]
-        pz += spun[2 * n + k]
-    xx = yy = zz = xy = xz = 0.0
-    for k in range(n):
-        xx += phi[k] * spun[k]
-        yy += phi[n + k] * spun[n + k]
-        zz += phi[2 * n + k] * spun[2 * n + k]
-        xy += phi[k] * spun[n + k]
-        xz += phi[k] * spun[2 * n + k]
+    for k in range(spun, spun + 3):
+        px += own[k]
+        py += own[k + n]
+        pz += own[k + 2 * n]
+    sx, sy, sz = spun, spun + n, spun + 2 * n
+    xx, xy, xz = dot(n, own, phi, own, sx), dot(n, own, phi, own, sy), dot(n, own, phi, own, sz)
+    yy, zz = dot(n, own, phi + n, own, sy), dot(n, own, phi + 2 * n, own, sz)
     # products of the directors' components: y = (-phi_z, 1, phi_x), z = (phi_y, -phi_x, 1)
-    length = e[LENGTH]
     dxx, dyy, dzz = iy * zz + iz * yy, iy * length + iz * xx, iy * xx + iz * length
     inertia[3, 3] += dyy + dzz
     inertia[4, 4] += dxx + dzz
@@ -366,52 +471,61 @@ def section_coupling(size, data, own, e, d, first, coupling, inertia, t):
     inertia[3, 4] += iy * pz + iz * xy
     inertia[3, 5] += iy * xz - iz * py
     inertia[4, 5] += (iz - iy) * px
-    # moments of e_k x q on phi = (y_z - z_y, z_x, -y_x) of the directors y and z
-    gx, gy, gz = t[0:3], t[3:6], t[6:9]
-    for i in range(3 + size[MODES] - axial):
-        one = section[i] + section[n + i] + section[2 * n + i]
-        sx, sy, sz = spun[i], spun[n + i], spun[2 * n + i]
-        if i < 3:
-            gx[i, 0], gx[i, 1], gx[i, 2] = (iy + iz) * one, 0.0, 0.0
-            gy[i, 0], gy[i, 1], gy[i, 2] = iy * sz, iz * one, -iy * sx
-            gz[i, 0], gz[i, 1], gz[i, 2] = -iz * sy, iz * sx, iy * one
-            continue
-        at = buffers[0] + (axial + i - 3) * width + 19
+    # moments of e_k x q on phi = (y_z - z_y, z_x, -y_x) of the directors y and z; of the quadratics the
+    # integrals are a sixth, two thirds and a sixth of the length
+    sixth = length / 6.0
+    half = 0.5 * (iy + iz) * length
+    coupling[3, 3] += half
+    coupling[9, 3] += half
+    mx, my, mz = own[sx + 1], own[sy + 1], own[sz + 1]
+    for k, at in ((0, 3), (2, 9)):
+        x, y, z = own[sx + k], own[sy + k], own[sz + k]
+        coupling[at, 4] += iy * (z + 0.5 * mz)
+        coupling[at, 5] -= iz * (y + 0.5 * my)
+        coupling[at + 1, 4] += iz * sixth
+        coupling[at + 1, 5] += iz * x
+        coupling[at + 2, 4] -= iy * x
+        coupling[at + 2, 5] += iy * sixth
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -4.0 * iz * sixth)
+    coupling[2, 4] += w1
+    coupling[4, 4] -= t1
+    coupling[8, 4] += w2
+    coupling[10, 4] -= t2
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -iz * mx)
+    coupling[2, 5] += w1
+    coupling[4, 5] -= t1
+    coupling[8, 5] += w2
+    coupling[10, 5] -= t2
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], -iy * mx)
+    coupling[1, 4] += w1
+    coupling[5, 4] += t1
+    coupling[7, 4] += w2
+    coupling[11, 4] += t2
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], 4.0 * iy * sixth)
+    coupling[1, 5] += w1
+    coupling[5, 5] += t1
+    coupling[7, 5] += w2
+    coupling[11, 5] += t2
+    for i in range(3, 3 + size[MODES] - axial):
+        one = data[section + i] + data[section + n + i] + data[section + 2 * n + i]
+        x, y, z = own[sx + i], own[sy + i], own[sz + i]
+        at = size[PIVOTS] + (axial + i - 3) * width + 19
         if i - 3 < plane:
-            own[at + 1] -= iy * sx
+            own[at + 1] -= iy * x
             own[at + 2] += iy * one
         elif i - 3 < space:
             own[at + 1] += iz * one
-            own[at + 2] += iz * sx
+            own[at + 2] += iz * x
         else:
             own[at] += (iy + iz) * one
-            own[at + 1] += iy * sz
-            own[at + 2] -= iz * sy
-    spatial_beam.spread_rotation(e, gx, coupling[0:6, 3], coupling[6:12, 3])
-    spatial_beam.spread_rotation(e, gy, coupling[0:6, 4], coupling[6:12, 4])
-    spatial_beam.spread_rotation(e, gz, coupling[0:6, 5], coupling[6:12, 5])
+            own[at + 1] += iy * z
+            own[at + 2] -= iz * y
 
 
 @kernel
-def modal_rows(size, data, own, e, d, first, scale, coupling, w, t):
-    """Fill in the rows by which a link's modes and tensions are eliminated from the front w, and coupling.
-
-    What the tensions stand for leaves w and the modes' pivots.
-    """
-    inertia_coupling(size, data, own, e, d, first, coupling, w[12:18, 12:18], t)
-    mode_rows(size, data, own, 6, scale)
-    if scale == 0.0:
-        return
-    tension = constant_places(size, 6)[3]
-    for j in range(size[TENSIONS]):
-        tension_row(size, data, own, e, 6, j, scale * data[tension + j], w)
-
-
-@kernel
-def axial_force(size, data, own, e, d, first, t):
+def axial_force(size, data, own, e, d, first):
     """Mean tension of a reduced link, N."""
     if size[TENSIONS] == 0:
         return spatial_beam.axial_force(e, d, first + 1)
-    centre = buffer_places(size, 6)[3]
-    centreline(e, size, d, first, 1.0, t, own[centre : centre + 3 * size[CENTRELINE]])
+    centreline(e, size, flat(d), first, 1.0, own, size[LINE])
     return slope_energy(size, data, own, d, first, 6, 1)[1]

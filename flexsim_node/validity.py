@@ -128,8 +128,7 @@ def axial_loads(model: Model, work, x: np.ndarray) -> np.ndarray:
         if chain.joint[n, BUCKLING] > 0.0 and chain.reduced[n, MODES] >= 0:
             whole = chain.element[row[FIRST_ELEMENT]]
             given = (chain.reduced[n], chain.modal, work.modal, whole, d, row[FIRST])
-            push = -reduced_tension(*given) if model.planar else -reduced_tension(*given, work.scratch)
-            found[n] = max(0.0, push / chain.joint[n, BUCKLING])
+            found[n] = max(0.0, -reduced_tension(*given) / chain.joint[n, BUCKLING])
         elif chain.joint[n, BUCKLING] > 0.0:
             for k in range(row[COUNT]):
                 i, nodes = row[FIRST] + k + 1, d
