@@ -59,7 +59,7 @@ def burnt(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for topic in ("/door/mesh", "/door/criteria", "/door/deflection", "/furnace/temperature"):
         recorder.wait_for(f"+ {topic} ", PATIENCE)
     listener = Door(node, int(environment["ROS_DOMAIN_ID"]))
-    listener.measure(700.0)
+    listener.measure_on(700.0)
     listener.close()
     node.wait_for("ended at 200 s", PATIENCE)
     node.process.send_signal(signal.SIGTERM)

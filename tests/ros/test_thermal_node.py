@@ -33,7 +33,7 @@ def test_it_publishes_the_offline_simulation(tmp_path: Path) -> None:
         burning.until(lambda: burning.heard["door/temperature_field"])
         assert seconds(first) == 1e-9  # zero means "no time" to ROS
         np.testing.assert_allclose(first.temperature, 20.0)
-        burning.measure(600.0)
+        burning.measure_on(600.0)
         end = burning.at("door/thermocouples", 120.0)
         readings = dict(zip(end.name, end.temperature, strict=True))
         for name, found in readings.items():
@@ -84,9 +84,9 @@ def test_a_measured_furnace_drives_it(tmp_path: Path) -> None:
         last = heard[-1]
         curve = 20.0 + 345.0 * math.log10(8.0 * seconds(last) / 60.0 + 1.0)
         assert last.temperature == pytest.approx(curve, abs=1e-6)
+        burning.measure_on(333.0)
         for nonsense in (math.nan, math.inf, -300.0, 1e6):
             burning.measure(nonsense)
-        burning.measure(333.0)
         burning.until(lambda: heard[-1].temperature == 333.0)
         said = burning.until(
             lambda: burning.diagnostics() if burning.diagnostics().get("refused") == "4" else None
