@@ -52,7 +52,13 @@ def run_node(
     Returns 2 where ROS does not take the command line, or finds no place for its log.
     """
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    handle_signals(signal.default_int_handler)
+    asked: list[int] = []
+
+    def interrupt(number: int, _: Any) -> None:
+        asked.append(number)  # compiled code may swallow what is raised in the middle of it
+        raise KeyboardInterrupt
+
+    handle_signals(interrupt)
     node = None
     try:
         try:
@@ -61,7 +67,8 @@ def run_node(
             print(f"{name}: ROS does not start: {' '.join(str(problem).split())}", file=sys.stderr)
             return 2
         node = build()
-        asked: list[int] = []
+        if asked:
+            return 0
         handle_signals(lambda number, _: asked.append(number))
         return run(node, asked)
     except KeyboardInterrupt:
