@@ -297,7 +297,7 @@ def _microseconds(name: str, p50: float | None, p99: float, worst: float) -> dic
 def _status(task: str, level: bytes, message: str, hardware: str, values: dict[str, Any]) -> DiagnosticStatus:
     return DiagnosticStatus(
         level=level,
-        name=f"flexsim_node: {task}",
+        name=task,
         message=message,
         hardware_id=hardware,
         values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],

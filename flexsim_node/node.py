@@ -18,6 +18,7 @@ from flexsim_ros import (
     SimulationServices,
     declare_parameters,
     given_parameters,
+    named,
     run_node,
     spin_through,
 )
@@ -259,7 +260,7 @@ class FlexsimNode(Node):
         if self.loop.robot.model.decision is not None:
             decision = self.loop.robot.model.decision
             message.status.append(conversions.effects_status(decision, self.scene.name))
-        self._diagnostics.publish(message)
+        self._diagnostics.publish(named(message, self))
         if last:
             self._diagnostics.wait_for_all_acked(Duration(seconds=0.5))
         if report.phase == "stopped" and not self._said_stopped:

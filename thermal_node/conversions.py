@@ -222,7 +222,7 @@ def diagnostics(
 def _status(task: str, level: bytes, message: str, hardware: str, values: dict[str, Any]) -> DiagnosticStatus:
     return DiagnosticStatus(
         level=level,
-        name=f"thermal_node: {task}",
+        name=task,
         message=message,
         hardware_id=hardware,
         values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],

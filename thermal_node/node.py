@@ -21,6 +21,7 @@ from flexsim_ros import (
     SimulationServices,
     declare_parameters,
     given_parameters,
+    named,
     run_node,
     spin_through,
 )
@@ -176,7 +177,8 @@ class ThermalNode(Node):
         report = self.loop.report
         name, timeout = self.test.scene.name, self.settings.furnace_timeout
         pace = self.settings.pace_in_words
-        self._diagnostics.publish(conversions.diagnostics(report, name, pace, timeout, self.troubles))
+        said = conversions.diagnostics(report, name, pace, timeout, self.troubles)
+        self._diagnostics.publish(named(said, self))
         if last:
             self._diagnostics.wait_for_all_acked(Duration(seconds=0.5))
         if report.measured and report.stale > timeout and report.phase == "running":

@@ -3,6 +3,7 @@
 It stands beside the messages since it is what these are spoken with: nothing here knows of a robot or a door.
 """
 
+from .diagnostics import named
 from .entities import Entity
 from .parameters import OF_ROS, declare_parameters, given_parameters
 from .process import handle_signals, run_node, spin_through
@@ -16,6 +17,7 @@ __all__ = [
     "declare_parameters",
     "given_parameters",
     "handle_signals",
+    "named",
     "run_node",
     "spin_through",
 ]

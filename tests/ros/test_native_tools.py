@@ -203,6 +203,18 @@ def test_topic_info_and_echo(tool: Tool, topic: str) -> None:
         assert yaml.safe_load(yaml.safe_dump(plain(tool.echo(topic))))
 
 
+def test_diagnostics_say_whose_they_are(tool: Tool) -> None:
+    """Each status begins with the name that the user gave the node, as diagnostic_updater has it."""
+    heard: set[str] = set()
+
+    def of_both() -> bool:
+        heard.update(status.name for status in tool.echo("/diagnostics").status)
+        return {"cell/arm: solver", "cell/door: solver"} <= heard
+
+    tool.until(of_both)
+    assert all(name.startswith(("cell/arm: ", "cell/door: ")) for name in heard)
+
+
 def test_topic_pub(tool: Tool) -> None:
     """`ros2 topic pub` with its own quality of service is heard, whole numbers and all."""
     reset = interface("simulation_interfaces/srv/ResetSimulation")

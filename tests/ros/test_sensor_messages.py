@@ -86,7 +86,7 @@ def test_decided_effects_in_diagnostics() -> None:
     status = effects_status(decision, "pendulum")
     values = {pair.key: pair.value for pair in status.values}
     assert status.level == DiagnosticStatus.OK
-    assert status.name == "flexsim_node: effects"
+    assert status.name == "effects"
     assert values["torsion"].startswith("off, 0 m")
     assert values["gravity"].startswith("on, ")
     assert "left out: torsion" in status.message
