@@ -42,9 +42,7 @@ from .reduced_chain import (
     MODAL_STIFFNESS,
     MODES,
     PIVOTS,
-    TENSIONS,
     WIDTH,
-    lanes_of,
 )
 from .reduced_link import slope_energy
 from .spatial_kinematics import to_child
@@ -94,7 +92,7 @@ def modal_energy(chain, work, n, d, rate, w, out):
         z, speed = d[first + 2 + i // b, i % b], rate[first + 2 + i // b, i % b]
         momentum = 0.5 * data[size[MODAL_MASS] + i] * speed
         for k in range(b):
-            coupling = work.modal[size[PIVOTS] + i * size[WIDTH] + 2 * lanes_of(b) + k]
+            coupling = work.modal[size[PIVOTS] + i * size[WIDTH] + 2 * b + k]
             momentum += coupling * (w[5] if b == 3 and k == 2 else w[k])
             momentum += data[size[COUPLING] + 2 * b * i + k] * rate[first + 1, k]
             momentum += data[size[COUPLING] + 2 * b * i + b + k] * rate[first, k]
@@ -112,11 +110,11 @@ def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia
         return False
     data, own, first = chain.modal, work.modal, chain.link[n, FIRST]
     if len(dofs) == 3:
-        planar_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, inertia)
+        planar_reduced_beam.inertia_coupling(size, data, own, e, coupling, inertia)
     else:
-        spatial_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, inertia)
+        spatial_reduced_beam.inertia_coupling(size, data, own, e, coupling, inertia)
     modal_energy(chain, work, n, d, rate, w, out)
-    out[1] += slope_energy(size, data, own, d, first, len(dofs), size[TENSIONS])[0]
+    out[1] += slope_energy(size, data, own, d, first, len(dofs))[0]
     return True
 
 

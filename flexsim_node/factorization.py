@@ -196,18 +196,18 @@ def reduced_terms(reduction, dofs, chain, work, n, w):
     """
     if len(reduction) == 0:
         return False
-    size, e, d = chain.reduced[n], chain.element[chain.link[n, FIRST_ELEMENT]], work.node[DISPLACEMENT]
+    size, e = chain.reduced[n], chain.element[chain.link[n, FIRST_ELEMENT]]
     if size[MODES] < 0:
         return False
-    data, own, first = chain.modal, work.modal, chain.link[n, FIRST]
+    data, own = chain.modal, work.modal
     b, coupling, scale = len(dofs), work.coupling, work.scale[0]
     if len(dofs) == 3:
-        planar_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, w[6:9, 6:9])
+        planar_reduced_beam.inertia_coupling(size, data, own, e, coupling, w[6:9, 6:9])
     else:
-        spatial_reduced_beam.inertia_coupling(size, data, own, e, d, first, coupling, w[12:18, 12:18])
+        spatial_reduced_beam.inertia_coupling(size, data, own, e, coupling, w[12:18, 12:18])
     if scale > 0.0:
         for j in range(size[TENSIONS]):
-            reduced_link.tension_row(size, data, own, e, b, j, scale * data[size[TENSION] + j])
+            reduced_link.tension_row(size, own, e, b, j, scale * data[size[TENSION] + j])
     for j in range(b):
         for k in range(b):
             w[j, 2 * b + k] += coupling[b + j, k]

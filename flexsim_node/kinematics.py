@@ -9,8 +9,10 @@ argument is a constant to the compiler, which then leaves the other out.
 
 from __future__ import annotations
 
-from . import co_moving, planar_kinematics, spatial_kinematics
+from . import co_moving, planar_kinematics, planar_reduced_beam, spatial_kinematics, spatial_reduced_beam
+from .chain import DISPLACEMENT, FIRST, FIRST_ELEMENT
 from .kernel import kernel
+from .reduced_chain import MODES
 
 
 @kernel
@@ -27,6 +29,7 @@ def spatial_row(row, planar, r):
 def place(chain, work, x):
     """Frames and nodal displacements at the unknowns x."""
     place_in(chain.co_moving, chain.dofs, chain, work, x)
+    shape(chain.reduction, chain.dofs, chain, work)
 
 
 @kernel
@@ -38,6 +41,22 @@ def place_in(co, dofs, chain, work, x):
         planar_kinematics.place(chain, work, x)
     else:
         spatial_kinematics.place(chain, work, x)
+
+
+@kernel
+def shape(reduction, dofs, chain, work):
+    """Find of reduced links at their nodal displacements what forces and matrix have in common."""
+    if len(reduction) == 0:
+        return
+    d, data, own = work.node[DISPLACEMENT], chain.modal, work.modal
+    for n in range(chain.link.shape[0]):
+        size, e, first = chain.reduced[n], chain.element[chain.link[n, FIRST_ELEMENT]], chain.link[n, FIRST]
+        if size[MODES] < 0:
+            continue
+        if len(dofs) == 3:
+            planar_reduced_beam.shape(size, data, own, e, d, first)
+        else:
+            spatial_reduced_beam.shape(size, data, own, e, d, first)
 
 
 @kernel

@@ -2,40 +2,48 @@
 
 Passing an array to a compiled function costs as much as a few multiplications, so that there are few arrays;
 each reduced link has its own stretch of both tapes, and its row of the table says where everything is.
+
+Functions of the centreline are in the order modes in the x-y plane, Hermite's, modes in the x-z plane, axial
+ones; those of the rotation modes in the x-y plane, quadratics, modes in the x-z plane, twists.  So the
+functions of a deflection in y, and those of one in z, are neighbours.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .kernel import kernel
-
-# Columns of Chain.reduced (L, 30) int64: nodal rows after the link's end that hold its modes; modes (-1: the
-# link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
-# centreline and of the rotation, F and G, with zeros up to a multiple of four.
-ROWS, MODES, AXIALS, Y_MODES, Z_MODES, TENSIONS, CENTRELINE, ROTATION = range(8)
-# Where in Chain.modal are: the functions' products (F, F) and (G, G), those of their slopes (T, F, F), the
-# tensions' stiffness (T,), modal mass and stiffness (P,), coupling of the modes with end and start node
-# (P, 2b), the shapes of the nodes, the elements' rows.
-MASS_GRAM, TURN_GRAM, SLOPE_GRAM, TENSION, MODAL_MASS, MODAL_STIFFNESS, COUPLING, SHAPE, PIECES = range(8, 17)
+# Columns of Chain.reduced (L, 38 + 2P) int64: nodal rows after the link's end that hold its modes; modes
+# (-1: the link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
+# centreline and of the rotation, F and G, with zeros up to a multiple of four; those of a deflection in y and
+# in z, likewise, Y and Z.
+ROWS, MODES, AXIALS, Y_MODES, Z_MODES, TENSIONS, CENTRELINE, ROTATION, LATERAL_Y, LATERAL_Z = range(10)
+# Where in Chain.modal are: the functions' products (F, F) and (G, G), those of the slopes of the functions in
+# y and in z for one tension beside the other (4 + y modes, T Y) and (4 + z modes, T Z), the tensions'
+# stiffness (T,), modal mass and stiffness (P,), coupling of the modes with end and start node (P, 2b), the
+# shapes of the nodes, the elements' rows.
+MASS_GRAM, TURN_GRAM, SLOPE_Y, SLOPE_Z = 10, 11, 12, 13
+TENSION, MODAL_MASS, MODAL_STIFFNESS, COUPLING, SHAPE, PIECES = range(14, 20)
 # Where in Workspace.modal are, with c components of a vector: rows of the factorisation (P + T, width), their
-# columns over (end, start, A) times minus the inverse pivots (3b, height), weights (height), a front (3b),
-# the number of tensions in the factorisation; the centreline's displacement, rate, acceleration, all of the
-# latter, force (5, c, F), weights (c, 3c); the rotation's: in the plane displacement, rate, acceleration,
-# inertia (2), their products (2) and one more (8, G), in space the first three of 3, inertia (7), its
-# products (3) and the displacement's (22, G), weights; half the gradient of the squared slope in y and in z
-# that each tension sees (T, c - 1, F).
-PIVOTS, COLUMN, WEIGHT, FRONT, ACTIVE, LINE, MIX, TURN, TURN_MIX, GRADIENT = range(17, 27)
-# Length of a row of the factorisation: end, start and A in lanes, the tensions' entries with zeros up to a
-# multiple of four, the inverse pivot; and of a column, a multiple of four.  Where the link's buffers end.
-WIDTH, HEIGHT, END = 27, 28, 29
-COLUMNS = 30
+# inverse pivots (P + T), the tensions' rows times minus those (T, width); for modes the same over (end,
+# start, A, tensions), column by column (3b + T, height); weights (height), a front (width), loads of the
+# tensions (T), their number in the factorisation; the centreline's displacement, rate, acceleration, all of
+# the latter, force (5, c, F), weights (3, 3 c); the rotation's displacement, rate and acceleration, inertia,
+# its products: in the plane 1, 1, 1, 2, 2 and in space 3, 3, 3, 7, 3 components; weights of them; the
+# displacement's products (1 or 3, G); half the gradients of the squared slope that the tensions see, in y
+# and in z (T, Y) and (T, Z), and the lateral coefficients that they go with (Y + Z).
+PIVOTS, INVERSE, SCALED, COLUMN, WEIGHT, FRONT, LOADS, ACTIVE = range(20, 28)
+LINE, MIX, TURN, TURN_MIX, TURNED, GRADIENT, LATERAL = range(28, 35)
+# Length of a row of the factorisation, over end, start, A and tensions, with zeros; and of a column, a
+# multiple of four.  Where the link's buffers end.  For each mode where among the centreline's coefficients it
+# is, and where among the rotation's (-1: nowhere).
+WIDTH, HEIGHT, END = 35, 36, 37
+FUNCTION = 38
+COLUMNS = 38
 
 
-@kernel
-def lanes_of(b):
-    """Places that the dofs of a node take in the rows of a factorisation: as many as a vector has."""
-    return 4 if b == 3 else 8
+def fours(n: int) -> int:
+    """The next multiple of four."""
+    return -(-n // 4) * 4
 
 
 def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) -> int:
@@ -44,26 +52,36 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     constants, buffers : where they start; shapes : length of those of the nodes
     """
     f, g, p, t = (int(size[k]) for k in (CENTRELINE, ROTATION, MODES, TENSIONS))
-    c, turning = (2, 8) if b == 3 else (3, 22)
-    lanes = 4 if b == 3 else 8
-    size[WIDTH], size[HEIGHT] = 3 * lanes + -(-t // 4) * 4 + 1, -(-(p + t) // 4) * 4
+    axial, y, z = (int(size[k]) for k in (AXIALS, Y_MODES, Z_MODES))
+    size[LATERAL_Y], size[LATERAL_Z] = fours(4 + y), fours(4 + z) if b == 6 else 0
+    wide, high = int(size[LATERAL_Y]), int(size[LATERAL_Z])
+    c, turning, turned = (2, 7, 1) if b == 3 else (3, 19, 3)
+    size[WIDTH], size[HEIGHT] = max(fours(3 * b + t), 12 if b == 3 else 24), fours(p)
+    for i in range(p):
+        kind = sum(i >= edge for edge in (axial, axial + y, axial + y + z))
+        k = i - (0, axial, axial + y, axial + y + z)[kind]
+        line = (y + 4 + z, f, 2 * f + y + 4, -1 - k)[kind] + k
+        turn = (-1 - k, 2 * g if b == 6 else 0, g + y + 3, y + 3 + z)[kind] + k
+        size[FUNCTION + 2 * i], size[FUNCTION + 2 * i + 1] = line, turn
     for column, length in (
-        (MASS_GRAM, f * f), (TURN_GRAM, g * g), (SLOPE_GRAM, t * f * f), (TENSION, t),
-        (MODAL_MASS, p), (MODAL_STIFFNESS, p), (COUPLING, 2 * b * p), (SHAPE, shapes), (PIECES, 0),
+        (MASS_GRAM, f * f), (TURN_GRAM, g * g), (SLOPE_Y, (4 + y) * t * wide), (SLOPE_Z, (4 + z) * t * high),
+        (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (COUPLING, 2 * b * p), (SHAPE, shapes),
+        (PIECES, 0),
     ):  # fmt: skip
         size[column] = constants
         constants += length
+    width, height = int(size[WIDTH]), int(size[HEIGHT])
     for column, length in (
-        (PIVOTS, (p + t) * int(size[WIDTH])), (COLUMN, 3 * b * int(size[HEIGHT])),
-        (WEIGHT, int(size[HEIGHT])), (FRONT, 3 * b), (ACTIVE, 1), (LINE, 5 * c * f),
-        (MIX, 3 * c * c), (TURN, turning * g), (TURN_MIX, 63), (GRADIENT, t * (c - 1) * f),
+        (PIVOTS, (p + t) * width), (INVERSE, p + t), (SCALED, t * width), (COLUMN, (3 * b + t) * height),
+        (WEIGHT, height), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
+        (TURN, turning * g), (TURN_MIX, 63), (TURNED, turned * g), (GRADIENT, t * (wide + high)),
+        (LATERAL, wide + high), (END, 0),
     ):  # fmt: skip
         size[column] = buffers
         buffers += length
-    size[END] = buffers
     return buffers
 
 
 def buffer_length(table: np.ndarray) -> int:
-    """Length of Workspace.modal."""
-    return int(table[:, END].max(initial=0))
+    """Length of Workspace.modal, with room for the last vector's surplus."""
+    return int(table[:, END].max(initial=0)) + 24

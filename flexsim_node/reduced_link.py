@@ -22,32 +22,41 @@ from .reduced_chain import (
     FRONT,
     GRADIENT,
     HEIGHT,
+    INVERSE,
+    LATERAL,
+    LATERAL_Y,
+    LATERAL_Z,
     LINE,
+    LOADS,
+    MIX,
     MODAL_MASS,
     MODAL_STIFFNESS,
     MODES,
     PIVOTS,
+    SCALED,
     SHAPE,
-    SLOPE_GRAM,
+    SLOPE_Y,
+    SLOPE_Z,
     TENSION,
     TENSIONS,
     WEIGHT,
     WIDTH,
     Y_MODES,
     Z_MODES,
-    lanes_of,
 )
 from .weighted_sum import (
-    add_eight,
-    add_four,
-    add_planar_block,
-    add_planar_node,
-    add_spatial_block,
-    add_spatial_node,
+    add_combined,
+    add_last_planar_rows,
+    add_last_rows,
+    add_later_planar_rows,
+    add_later_rows,
+    add_planar_row_pair,
+    add_row_pair,
+    add_whole_planar_rows,
+    add_whole_rows,
+    combine,
     dot,
-    four_once,
-    four_thrice,
-    four_twice,
+    mix,
 )
 
 
@@ -57,40 +66,51 @@ def products(parts, data, gram, n, own, y, out):
 
     gram (n n,) is symmetric, and starts at data[gram].
     """
-    for j in range(0, n, 4):
-        if parts == 3:
-            four_thrice(n, own, y, 1, n, data, gram + j, n, own, out + j, n)
-        elif parts == 2:
-            four_twice(n, own, y, 1, n, data, gram + j, n, own, out + j, n)
-        else:
-            four_once(n, own, y, 1, n, data, gram + j, n, own, out + j, n)
+    if parts == 1:
+        combine(n, own, y, data, gram, n, own, out, n)
+    else:
+        mix(parts, n, own, y, data, gram, n, own, out)
 
 
 @kernel
-def gradient_place(size, b, j):
-    """Length of the centreline's lateral coefficients, and where half the gradient of slope j by them is."""
-    lateral = size[CENTRELINE] if b == 3 else 2 * size[CENTRELINE]
-    return lateral, size[GRADIENT] + j * lateral
+def slopes(size, data, own, b):
+    """Write half the gradients of the squared slopes that the tensions see.
 
-
-@kernel
-def slopes(size, data, own, b, j):
-    """Write half the gradient of the squared slope that tension j sees to its buffer; returns the elongation.
-
-    The centreline's lateral coefficients are in the buffers.
+    The centreline's coefficients are in the buffers.
     """
-    n, at = size[CENTRELINE], size[LINE] + size[CENTRELINE]
-    gram = size[SLOPE_GRAM] + j * n * n
-    lateral, slope = gradient_place(size, b, j)
-    products(1 if b == 3 else 2, data, gram, n, own, at, slope)
-    return 0.5 * dot(lateral, own, at, own, slope)
+    n, c, wide, high = size[CENTRELINE], size[LINE], size[LATERAL_Y], size[LATERAL_Z]
+    tensions, y = size[TENSIONS], size[Y_MODES]
+    if tensions == 0:
+        return
+    at, columns = size[GRADIENT], tensions * wide
+    combine(4 + y, own, c + n, data, size[SLOPE_Y], columns, own, at, columns)
+    if b == 6:
+        at, columns = at + columns, tensions * high
+        combine(4 + size[Z_MODES], own, c + 2 * n + y, data, size[SLOPE_Z], columns, own, at, columns)
 
 
 @kernel
-def slope_rate(size, own, b, j):
-    """Rate of that; the centreline's rates are in the buffers too."""
-    lateral, slope = gradient_place(size, b, j)
-    return dot(lateral, own, size[LINE] + (3 if b == 3 else 4) * size[CENTRELINE], own, slope)
+def weigh(size, own, b, displacement, rate):
+    """Write the lateral coefficients, weights times displacement and rate, that `along` takes.
+
+    Rates without a weight are not looked at.
+    """
+    n, c, u, r = size[CENTRELINE], size[LINE], size[LATERAL], size[MIX]
+    wide, apart, count = size[LATERAL_Y], (2 if b == 3 else 3) * n, 1 if rate == 0.0 else 2
+    own[r], own[r + 1] = displacement, rate
+    combine(count, own, r, own, c + n, apart, own, u, wide)
+    if b == 6:
+        combine(count, own, r, own, c + 2 * n + size[Y_MODES], apart, own, u + wide, size[LATERAL_Z])
+
+
+@kernel
+def along(size, own, b, j):
+    """Half the gradient of slope j times the coefficients that `weigh` has written."""
+    wide, high, u, s = size[LATERAL_Y], size[LATERAL_Z], size[LATERAL], size[GRADIENT]
+    found = dot(wide, own, u, own, s + j * wide)
+    if b == 6:
+        found += dot(high, own, u + wide, own, s + size[TENSIONS] * wide + j * high)
+    return found
 
 
 @kernel
@@ -106,38 +126,34 @@ def stiffen(size, data, own, d, v, first, b, still, beta, force):
     """Add what the squared slope does: axial forces to `force`, lateral ones to those on the centreline.
 
     still is 1 for the forces of the displacements d; beta adds the stiffness at d times v.  d, v, force are
-    nodal rows, flat.  The centreline's coefficients of d and v are in the buffers.
+    nodal rows, flat.  Gradients of the slopes and the centreline's coefficients are in the buffers.
     """
-    pulls = size[WEIGHT]
-    for j in range(size[TENSIONS]):
-        extra = still * slopes(size, data, own, b, j)
-        pull = still * stretched(d, first, j, b)
-        if beta > 0.0:
-            extra += beta * slope_rate(size, own, b, j)
-            pull += beta * stretched(v, first, j, b)
+    pulls, tensions = size[LOADS], size[TENSIONS]
+    weigh(size, own, b, 0.5 * still, beta)
+    for j in range(tensions):
+        extra = along(size, own, b, j)
+        pull = still * stretched(d, first, j, b) + beta * stretched(v, first, j, b)
         extra *= data[size[TENSION] + j]
-        pull = data[size[TENSION] + j] * pull + extra
         if j == 0:
             force[b * first] -= extra
             force[b * first + b] += extra
         else:
             force[b * (first + 2) + j - 1] += extra
-        own[pulls + j] = pull
-    lateral, slope = gradient_place(size, b, 0)
-    g = size[LINE] + (9 if b == 3 else 13) * size[CENTRELINE]
-    for k in range(0, lateral, 4):
-        add_four(size[TENSIONS], own, pulls, 1, 0, own, slope + k, lateral, own, g + k, 0)
+        own[pulls + j] = data[size[TENSION] + j] * pull + extra
+    n, s, wide, high = size[CENTRELINE], size[GRADIENT], size[LATERAL_Y], size[LATERAL_Z]
+    g = size[LINE] + (9 if b == 3 else 13) * n
+    add_combined(tensions, own, pulls, own, s, wide, own, g, wide)
+    if b == 6:
+        add_combined(tensions, own, pulls, own, s + tensions * wide, high, own, g + n + size[Y_MODES], high)
 
 
 @kernel
-def slope_energy(size, data, own, d, first, b, longest):
-    """What the mean squared slope adds to the strain energy, and the link's mean tension.
-
-    Tensions beyond the first `longest` are left out.  The centreline's coefficients are in the buffers.
-    """
+def slope_energy(size, data, own, d, first, b):
+    """What the mean squared slope adds to the strain energy of the placed link, and its mean tension."""
     total = mean = 0.0
-    for j in range(min(longest, size[TENSIONS])):
-        more, pull = slopes(size, data, own, b, j), stretched(flat(d), first, j, b)
+    weigh(size, own, b, 0.5, 0.0)
+    for j in range(size[TENSIONS]):
+        more, pull = along(size, own, b, j), stretched(flat(d), first, j, b)
         total += data[size[TENSION] + j] * more * (pull + 0.5 * more)
         if j == 0:
             mean = data[size[TENSION]] * (pull + more)
@@ -148,13 +164,15 @@ def slope_energy(size, data, own, d, first, b, longest):
 def elongation(size, data, own, d, v, first, b, piece, pieces):
     """How much a piece of the link is stretched where its tension is the reduced link's, m, and the rate.
 
-    The centreline's coefficients of d and v are in the buffers.
+    Gradients of the slopes and the centreline's coefficients are in the buffers.
     """
     width = 2 * b + size[MODES]
     total = change = 0.0
     for j in range(size[TENSIONS]):
-        long = slopes(size, data, own, b, j) + stretched(flat(d), first, j, b)
-        rate = slope_rate(size, own, b, j) + stretched(flat(v), first, j, b)
+        weigh(size, own, b, 0.5, 0.0)
+        long = along(size, own, b, j) + stretched(flat(d), first, j, b)
+        weigh(size, own, b, 0.0, 1.0)
+        rate = along(size, own, b, j) + stretched(flat(v), first, j, b)
         share = 1.0 / pieces
         if j > 0:
             at = size[SHAPE] + piece * b * width + 2 * b + j - 1
@@ -165,34 +183,33 @@ def elongation(size, data, own, d, v, first, b, piece, pieces):
 
 
 @kernel
-def tension_row(size, data, own, e, b, j, stiffness):
+def tension_row(size, own, e, b, j, stiffness):
     """Fill in the row of tension j and the modes' entries for it."""
-    n, lanes, width = size[CENTRELINE], lanes_of(b), size[WIDTH]
-    _, slope = gradient_place(size, b, j)
-    axial, bent = size[AXIALS], size[AXIALS] + size[Y_MODES]
-    rows = size[PIVOTS]
-    slopes(size, data, own, b, j)
-    at = rows + (size[MODES] + j) * width
-    for k in range(0, width - 1, 4):
+    width, rows, wide = size[WIDTH], size[PIVOTS], size[LATERAL_Y]
+    axial, y, z = size[AXIALS], size[Y_MODES], size[Z_MODES]
+    at, slope = rows + (size[MODES] + j) * width, size[GRADIENT] + j * wide
+    for k in range(0, width, 4):
         own[at + k], own[at + k + 1], own[at + k + 2], own[at + k + 3] = 0.0, 0.0, 0.0, 0.0
-    own[at + 3 * lanes + j] = -1.0 / stiffness
+    own[at + 3 * b + j] = -1.0 / stiffness
+    entry = rows + axial * width + 3 * b + j
+    for i in range(y):
+        own[entry + i * width] = own[slope + i]
+    slope += y
     w1, t1, w2, t2 = hermite_transpose(
         own[slope], own[slope + 1], own[slope + 2], own[slope + 3], e[LENGTH], e[SHEAR_Z]
     )
-    own[at + 1], own[at + b - 1], own[at + lanes + 1], own[at + lanes + b - 1] = w2, t2, w1, t1
-    entry = rows + 3 * lanes + j
-    for i in range(axial, bent):
-        own[entry + i * width] = own[slope + 4 + i]
+    own[at + 1], own[at + b - 1], own[at + b + 1], own[at + 2 * b - 1] = w2, t2, w1, t1
     if b == 6:
-        slope += n
+        slope = size[GRADIENT] + size[TENSIONS] * wide + j * size[LATERAL_Z]
+        entry += y * width
         w1, t1, w2, t2 = hermite_transpose(
             own[slope], own[slope + 1], own[slope + 2], own[slope + 3], e[LENGTH], e[SHEAR_Y]
         )
-        own[at + 2], own[at + 4], own[at + lanes + 2], own[at + lanes + 4] = w2, -t2, w1, -t1
-        for i in range(bent, bent + size[Z_MODES]):
+        own[at + 2], own[at + 4], own[at + 8], own[at + 10] = w2, -t2, w1, -t1
+        for i in range(z):
             own[entry + i * width] = own[slope + 4 + i]
     if j == 0:
-        own[at], own[at + lanes] = 1.0, -1.0
+        own[at], own[at + b] = 1.0, -1.0
 
 
 @kernel
@@ -203,21 +220,20 @@ def choose_matrix(size, data, own, b, scale, w):
     stiffness and there is no stiffness between them and the ends: M_i + scale K_i is a mode's pivot.
     """
     tensions = size[TENSIONS] if scale > 0.0 else 0
-    lanes, width, height = lanes_of(b), size[WIDTH], size[HEIGHT]
+    width, height = size[WIDTH], size[HEIGHT]
     own[size[ACTIVE]] = tensions
     for i in range(size[MODES]):
         row, at = size[PIVOTS] + i * width, size[COUPLING] + 2 * b * i
         for k in range(width):
             own[row + k] = 0.0
-        for k in range(b):
+        for k in range(2 * b):
             own[row + k] = data[at + k]
-            own[row + lanes + k] = data[at + b + k]
         pivot = data[size[MODAL_MASS] + i] + scale * data[size[MODAL_STIFFNESS] + i]
         if i < tensions - 1:
             pivot -= scale * data[size[TENSION] + i + 1]
-            own[row + 3 * lanes + i + 1] = 1.0
+            own[row + 3 * b + i + 1] = 1.0
         inverse = 1.0 / pivot
-        own[row + width - 1] = inverse
+        own[size[INVERSE] + i] = inverse
         for k in range(2 * b):
             own[size[COLUMN] + k * height + i] = -inverse * data[at + k]
             for p in range(2 * b):
@@ -231,103 +247,102 @@ def choose_matrix(size, data, own, b, scale, w):
 
 
 @kernel
-def add_block(b, n, x, at, apart, rows, first, width, out, place):
-    """Add sum_i x[at + i + p apart] times the rows' b entries from rows[first:] to b rows p of the front."""
+def add_pair(size, own, b, front, first, count, row):
+    """Eliminate like modes from rows `row` of end and start, over A; the modes couple with them alike."""
+    a, width, height = size[PIVOTS] + first * size[WIDTH] + 2 * b, size[WIDTH], size[HEIGHT]
+    at, place = size[COLUMN] + row * height + first, 3 * b * row + 2 * b
     if b == 3:
-        add_planar_block(n, x, at, 1, apart, rows, first, width, out, place, 9)
+        add_planar_row_pair(count, own, at, 1, 3 * height, own, a, width, front, place, 27)
     else:
-        add_spatial_block(n, x, at, 1, apart, rows, first, width, out, place, 18)
+        add_row_pair(count, own, at, 1, 6 * height, own, a, width, front, place, 108)
 
 
 @kernel
 def eliminate_modes(size, own, b, front):
-    """Eliminate modes and tensions of a link from the upper triangle of the front (end, start, A).
-
-    The modes' rows hold their pivot at the end, the tensions' among their entries.
-    """
-    modes, tensions, lanes = size[MODES], int(own[size[ACTIVE]]), lanes_of(b)
-    width, height, entry = size[WIDTH], size[HEIGHT], 3 * lanes
-    rows, columns, last, weights = size[PIVOTS], size[COLUMN], size[WIDTH] - 1, size[WEIGHT]
+    """Eliminate modes and tensions of a link from the upper triangle of the front (end, start, A)."""
+    modes, tensions = size[MODES], int(own[size[ACTIVE]])
+    width, height, entry = size[WIDTH], size[HEIGHT], 3 * b
+    rows, columns, inverses, scaled = size[PIVOTS], size[COLUMN], size[INVERSE], size[SCALED]
     w = flat(front)
-    for j in range(tensions):
-        r, n = rows + (modes + j) * width, modes + j
-        for i in range(n):
-            s = rows + i * width
-            own[weights + i] = -own[s + entry + j] * own[s + last]
-        if b == 6:
-            for k in range(0, entry, 8):
-                add_eight(n, own, weights, 1, 0, own, rows + k, width, own, r + k, 0)
-        for k in range(0 if b == 3 else entry, width - 1, 4):
-            add_four(n, own, weights, 1, 0, own, rows + k, width, own, r + k, 0)
-        inverse = 1.0 / own[r + entry + j]
-        own[r + last] = inverse
-        for g in range(3):
-            for k in range(b):
-                own[columns + (g * b + k) * height + modes + j] = -inverse * own[r + g * lanes + k]
     for i in range(modes):
-        s = rows + i * width
-        inverse = own[s + last]
-        for k in range(b):
-            own[columns + (2 * b + k) * height + i] = -inverse * own[s + 2 * lanes + k]
-    if tensions > 0:
-        own_columns, own_rows = columns + modes, rows + modes * width
-        start, below = columns + modes + b * height, 3 * b * b + b
-        add_block(b, tensions, own, own_columns, height, own, own_rows, width, w, 0)
-        add_block(b, tensions, own, own_columns, height, own, own_rows + lanes, width, w, b)
-        add_block(b, tensions, own, start, height, own, own_rows + lanes, width, w, below)
-    for g in range(3):
-        at, place = columns + g * b * height, 3 * b * b * g + 2 * b
-        add_block(b, modes + tensions, own, at, height, own, rows + 2 * lanes, width, w, place)
+        row, inverse = rows + i * width, own[inverses + i]
+        for k in range(2 * b, entry + tensions):
+            own[columns + k * height + i] = -inverse * own[row + k]
+    last, after = rows + modes * width, columns + entry * height
+    for j in range(tensions):
+        add_combined(modes, own, after + j * height, own, rows, width, own, last + j * width, width)
+    for j in range(tensions):
+        row, made = last + j * width, scaled + j * width
+        inverse = 1.0 / own[row + entry + j]
+        own[inverses + modes + j] = inverse
+        for k in range(0, width, 4):
+            own[made + k], own[made + k + 1] = -inverse * own[row + k], -inverse * own[row + k + 1]
+            own[made + k + 2], own[made + k + 3] = -inverse * own[row + k + 2], -inverse * own[row + k + 3]
+        for k in range(j + 1, tensions):
+            add_combined(1, own, made + entry + k, own, row, width, own, last + k * width, width)
+    axial, y, z = size[AXIALS], size[Y_MODES], size[Z_MODES]
+    add_pair(size, own, b, w, 0, axial, 0)
+    add_pair(size, own, b, w, axial, y, 1)
+    add_pair(size, own, b, w, axial, y, b - 1)
+    a, at = rows + 2 * b, columns + 2 * b * height
+    if b == 3:
+        add_last_planar_rows(modes, own, at, 1, height, own, a, width, w, 60, 9)
+        if tensions > 0:
+            add_whole_planar_rows(tensions, own, scaled, width, 1, own, last, width, w, 0, 9)
+            add_later_planar_rows(tensions, own, scaled + 3, width, 1, own, last + 3, width, w, 30, 9)
+            add_last_planar_rows(tensions, own, scaled + 6, width, 1, own, last + 6, width, w, 60, 9)
+    else:
+        add_pair(size, own, b, w, axial + y, z, 2)
+        add_pair(size, own, b, w, axial + y, z, 4)
+        add_pair(size, own, b, w, axial + y + z, modes - axial - y - z, 3)
+        add_last_rows(modes, own, at, 1, height, own, a, width, w, 228, 18)
+        if tensions > 0:
+            add_whole_rows(tensions, own, scaled, width, 1, own, last, width, w, 0, 18)
+            add_later_rows(tensions, own, scaled + 6, width, 1, own, last + 6, width, w, 114, 18)
+            add_last_rows(tensions, own, scaled + 12, width, 1, own, last + 12, width, w, 228, 18)
 
 
 @kernel
 def forward(size, own, unknown, first, b, rhs, out, f):
     """Take a link's modes and tensions out of the load f (end, start, A)."""
-    modes, tensions, lanes = size[MODES], int(own[size[ACTIVE]]), lanes_of(b)
-    width, entry, rows, last, weights = size[WIDTH], 3 * lanes, size[PIVOTS], size[WIDTH] - 1, size[WEIGHT]
-    index, begin = flat(unknown), b * (first + 2)
+    modes, tensions = size[MODES], int(own[size[ACTIVE]])
+    width, entry, rows, inverses = size[WIDTH], 3 * b, size[PIVOTS], size[INVERSE]
+    weights, load, loads = size[WEIGHT], size[FRONT], size[LOADS]
+    begin = unknown[first + 2, 0] if modes > 0 else 0
     for i in range(modes):
-        at = index[begin + i]
-        y = rhs[at] * own[rows + i * width + last]
-        out[at] = y
+        y = rhs[begin + i] * own[inverses + i]
+        out[begin + i] = y
         own[weights + i] = -y
+    combine(modes, own, weights, own, rows, width, own, load, width)
     for j in range(tensions):
-        r, load = rows + (modes + j) * width, 0.0
-        for i in range(modes + j):
-            load += own[weights + i] * own[rows + i * width + entry + j]
-        y = load * own[r + last]
-        own[r + entry + j] = y  # the place of the tension's own pivot is free
-        own[weights + modes + j] = -y
-    for g in range(3):
-        if b == 3:
-            add_planar_node(modes + tensions, own, weights, 1, 0, own, rows + g * lanes, width, f, g * b, 0)
-        else:
-            add_spatial_node(modes + tensions, own, weights, 1, 0, own, rows + g * lanes, width, f, g * b, 0)
+        y = own[load + entry + j] * own[inverses + modes + j]
+        own[loads + j] = y
+        own[weights] = -y
+        add_combined(1, own, weights, own, rows + (modes + j) * width, width, own, load, width)
+    for k in range(entry):
+        f[k] += own[load + k]
 
 
 @kernel
 def backward(size, own, unknown, first, b, end, z, out):
     """Find a link's modes from its end node and z (start node, A)."""
-    modes, tensions, lanes = size[MODES], int(own[size[ACTIVE]]), lanes_of(b)
-    width, height, entry = size[WIDTH], size[HEIGHT], 3 * lanes
-    rows, last, at, found = size[PIVOTS], size[WIDTH] - 1, size[FRONT], size[WEIGHT]
-    index, begin = flat(unknown), b * (first + 2)
+    modes, tensions = size[MODES], int(own[size[ACTIVE]])
+    width, height, entry = size[WIDTH], size[HEIGHT], 3 * b
+    at, found, loads = size[FRONT], size[WEIGHT], size[LOADS]
+    begin = unknown[first + 2, 0] if modes > 0 else 0
     for k in range(b):
         own[at + k] = end[k]
         own[at + b + k] = z[k]
         own[at + 2 * b + k] = z[b + k]
-    for i in range(0, height, 4):
-        four_once(3 * b, own, at, 1, 0, own, size[COLUMN] + i, height, own, found + i, 0)
+    for k in range(entry, width):
+        own[at + k] = 0.0
     for j in range(tensions - 1, -1, -1):
-        r, total = rows + (modes + j) * width, 0.0
-        for k in range(j + 1, tensions):
-            total += own[r + entry + k] * own[found + modes + k]
-        own[found + modes + j] += own[r + entry + j] - total * own[r + last]
+        # of the tensions before this one nothing is there yet
+        row = size[SCALED] + j * width
+        own[at + entry + j] = own[loads + j] + dot(width, own, row, own, at)
+    combine(entry + tensions, own, at, own, size[COLUMN], height, own, found, height)
     for i in range(modes):
-        r, total = rows + i * width, 0.0
-        for k in range(tensions):
-            total += own[r + entry + k] * own[found + modes + k]
-        out[index[begin + i]] += own[found + i] - total * own[r + last]
+        out[begin + i] += own[found + i]
 
 
 @kernel

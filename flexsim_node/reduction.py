@@ -37,7 +37,7 @@ from .beam import (
     middle_rotation,
     squared_slope,
 )
-from .reduced_chain import COLUMNS, MODES, ROTATION, places
+from .reduced_chain import COLUMNS, MODES, ROTATION, fours, places
 
 AXIAL_MODES = 2
 # nodal dofs of the kinds of modes, in their order
@@ -142,10 +142,9 @@ def rotation_functions(rows: np.ndarray, shapes: list) -> np.ndarray:
     return out
 
 
-def padded(functions: np.ndarray) -> np.ndarray:
-    """Functions and zeros up to a multiple of four."""
-    missing = -len(functions) % 4
-    return np.concatenate([functions, np.zeros((missing, *functions.shape[1:]))])
+def padded(functions: np.ndarray, length: int) -> np.ndarray:
+    """Functions and zeros up to a length."""
+    return np.concatenate([functions, np.zeros((length - len(functions), *functions.shape[1:]))])
 
 
 def end_shapes(row: np.ndarray, nodes: int) -> np.ndarray:
@@ -213,8 +212,14 @@ def reduce_link(
         shapes = choose_modes(modes, (0, 1, 2, 3), count, axial)
     counts = tuple(sum(m[1] == kind for m in shapes) for kind in range(4))
     first, last = counts[0], sum(counts[:3])
-    f = padded(centreline_functions(rows, shapes[:last]))
-    r = padded(rotation_functions(rows, shapes[first:]))
+    y, z = counts[1:3]
+    lines, turns = centreline_functions(rows, shapes[:last]), rotation_functions(rows, shapes[first:])
+    # ordered as reduced_chain.py has them
+    own_y, own_z = 4 + first + y, 3 + y
+    lines = np.concatenate([lines[4 + first : own_y], lines[:4], lines[own_y:], lines[4 : 4 + first]])
+    turns = np.concatenate([turns[3:own_z], turns[:3], turns[own_z:]])
+    f = padded(lines, fours(max(len(lines), y + fours(4 + z), fours(4 + y))))
+    r = padded(turns, fours(len(turns)))
     shape = np.zeros((nodes, 6, 12 + len(shapes)))
     shape[:, :, :12] = end_shapes(whole, nodes)
     for i, (_, _, u) in enumerate(shapes):
@@ -228,15 +233,17 @@ def reduce_link(
     spring = rows[:, AXIAL]
     tension = (stretch**2) @ spring
     unit = np.array([squared_slope(*row, 1.0, 0.0)[1:] for row in np.eye(4)])
-    slopes = np.zeros((1 + first if stiffening else 0, len(f), len(f)))
-    for j in range(len(slopes)):
-        weight = stretch[j] * spring / rows[:, LENGTH] / tension[j]
-        slopes[j] = np.einsum("iea,ab,jeb,e->ij", f, unit, f, weight)
+    tensions = 1 + first if stiffening else 0
+    weights = stretch[:tensions] * spring / rows[:, LENGTH] / tension[:tensions, None]
+    slopes = []
+    for functions in (lines[: y + 4],) if planar else (lines[: y + 4], lines[y : y + 4 + z]):
+        wide = padded(functions, fours(len(functions)))
+        slopes.append(np.einsum("iea,ab,jeb,te->itj", functions, unit, wide, weights).ravel())
     return ReducedLink(
         counts=counts,
         mass=np.einsum("iea,ab,jeb,e->ij", f, HERMITE_MASS, f, rows[:, MASS]),
         section=np.einsum("iea,ab,jeb,e->ij", r, QUADRATIC_MASS, r, rows[:, LENGTH]),
-        slope=slopes,
+        slope=np.concatenate(slopes),
         tension=tension if stiffening else np.zeros(0),
         modal_mass=np.einsum("ai,ab,bi->i", own, mass, own),
         modal_stiffness=np.einsum("ai,ab,bi->i", own, stiffness, own),
@@ -250,10 +257,11 @@ def reduce_link(
 def reduced_links(
     found: dict[int, ReducedLink], links: int, dofs: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (L, 30) and tape of constants of a chain's reduced links (link number to its reduction)."""
+    """Table (L, 38 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
     b = len(dofs)
     both = [*dofs, *(6 + k for k in dofs)]
-    table = np.zeros((links, COLUMNS), dtype=np.int64)
+    most = max((sum(one.counts) for one in found.values()), default=0)
+    table = np.zeros((links, COLUMNS + 2 * most), dtype=np.int64)
     table[:, MODES] = -1
     tape: list[np.ndarray] = []
     constants = buffers = 0
@@ -272,4 +280,4 @@ def reduced_links(
         tape += [one.mass, one.section, one.slope, one.tension]
         tape += [one.modal_mass, one.modal_stiffness, one.coupling[:, both], shape, one.element]
         constants = sum(part.size for part in tape)
-    return table, np.concatenate([np.zeros(0), *(part.ravel() for part in tape)])
+    return table, np.concatenate([*(part.ravel() for part in tape), np.zeros(24)])

@@ -105,10 +105,8 @@ def stretch(reduction, dofs, chain, work, n, m, rows, rates):
     beam_element(reduction, chain, n, m, piece)
     e, at, count = chain.element[chain.link[n, FIRST_ELEMENT]], size[LINE], size[CENTRELINE]
     if len(dofs) == 3:
-        planar_reduced_beam.centreline(e, size, flat(d), first, 1.0, own, at)
         planar_reduced_beam.centreline(e, size, flat(v), first, 0.0, own, at + 2 * count)
     else:
-        spatial_reduced_beam.centreline(e, size, flat(d), first, 1.0, own, at)
         spatial_reduced_beam.centreline(e, size, flat(v), first, 0.0, own, at + 3 * count)
     length, pieces = piece[LENGTH], e[LENGTH] / piece[LENGTH]
     long, rate = elongation(size, chain.modal, own, d, v, first, b, m, pieces)

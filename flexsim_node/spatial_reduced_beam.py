@@ -23,6 +23,7 @@ from .kernel import kernel
 from .reduced_chain import (
     AXIALS,
     CENTRELINE,
+    FUNCTION,
     LINE,
     MASS_GRAM,
     MIX,
@@ -34,12 +35,13 @@ from .reduced_chain import (
     TURN,
     TURN_GRAM,
     TURN_MIX,
+    TURNED,
     WIDTH,
     Y_MODES,
     Z_MODES,
 )
-from .reduced_link import products, slope_energy, stiffen
-from .weighted_sum import dot, four_seven_times, four_thrice
+from .reduced_link import products, slope_energy, slopes, stiffen
+from .weighted_sum import dot, mix, mix_seven
 
 
 @kernel
@@ -49,71 +51,68 @@ def centreline(e, size, z, first, x, own, c):
     z are nodal rows, flat.  Of a mode only the one that is not always zero.
     """
     p, r, m, n, length = 6 * first, 6 * first + 6, 6 * first + 12, size[CENTRELINE], e[LENGTH]
-    axial, plane = size[AXIALS], size[AXIALS] + size[Y_MODES]
-    stretch = z[r] - z[p] + x * length
-    own[c], own[c + 1], own[c + 2], own[c + 3] = z[p], stretch, z[r] + x * length, stretch
-    h = c + n
+    stretch, h = z[r] - z[p] + x * length, c + size[Y_MODES]
+    own[h], own[h + 1], own[h + 2], own[h + 3] = z[p], stretch, z[r] + x * length, stretch
+    h += n
     own[h], own[h + 1], own[h + 2], own[h + 3] = hermite(
         z[p + 1], z[p + 5], z[r + 1], z[r + 5], length, e[SHEAR_Z]
     )
-    h = c + 2 * n
+    h += n
     own[h], own[h + 1], own[h + 2], own[h + 3] = hermite(
         z[p + 2], -z[p + 4], z[r + 2], -z[r + 4], length, e[SHEAR_Y]
     )
-    for i in range(axial):
-        own[c + 4 + i] = z[m + i]
-    for i in range(axial, plane):
-        own[c + n + 4 + i] = z[m + i]
-    for i in range(plane, plane + size[Z_MODES]):
-        own[c + 2 * n + 4 + i] = z[m + i]
+    for i in range(size[AXIALS] + size[Y_MODES] + size[Z_MODES]):
+        own[c + size[FUNCTION + 2 * i]] = z[m + i]
 
 
 @kernel
 def rotation(e, size, z, first, own, phi):
     """Write the coefficients of the section's rotation into own[phi:] (3, G); z are nodal rows, flat."""
-    p, r, n, axial, length = 6 * first, 6 * first + 6, size[ROTATION], size[AXIALS], e[LENGTH]
-    plane, space, m = size[Y_MODES], size[Y_MODES] + size[Z_MODES], 6 * first + 12 + size[AXIALS]
-    own[phi], own[phi + 1], own[phi + 2] = z[p + 3], 0.5 * (z[p + 3] + z[r + 3]), z[r + 3]
-    h = phi + n
+    p, r, m, n, length = 6 * first, 6 * first + 6, 6 * first + 12, size[ROTATION], e[LENGTH]
+    h = phi + size[Y_MODES]
+    own[h], own[h + 1], own[h + 2] = z[p + 3], 0.5 * (z[p + 3] + z[r + 3]), z[r + 3]
+    h += n
     own[h], own[h + 2] = z[p + 4], z[r + 4]
     own[h + 1] = -middle_rotation(z[p + 2], -z[p + 4], z[r + 2], -z[r + 4], length, e[SHEAR_Y])
-    h = phi + 2 * n
+    h += n
     own[h], own[h + 2] = z[p + 5], z[r + 5]
     own[h + 1] = middle_rotation(z[p + 1], z[p + 5], z[r + 1], z[r + 5], length, e[SHEAR_Z])
-    for i in range(plane):
-        own[phi + 2 * n + 3 + i] = z[m + i]
-    for i in range(plane, space):
-        own[phi + n + 3 + i] = z[m + i]
-    for i in range(space, size[MODES] - axial):
-        own[phi + 3 + i] = z[m + i]
+    for i in range(size[AXIALS], size[MODES]):
+        own[phi + size[FUNCTION + 2 * i + 1]] = z[m + i]
+
+
+@kernel
+def shape(size, data, own, e, d, first):
+    """Write what the displacements d alone decide: coefficients, half gradients of the squared slopes."""
+    centreline(e, size, flat(d), first, 1.0, own, size[LINE])
+    slopes(size, data, own, 6)
+    if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
+        rotation(e, size, flat(d), first, own, size[TURN])
+        products(3, data, size[TURN_GRAM], size[ROTATION], own, size[TURN], size[TURNED])
 
 
 @kernel
 def spread(e, size, own, g, force, first):
     """Add forces own[g:] (3, F) on the centreline's functions to those of the ends and the modes, flat."""
     p, r, m, n, length = 6 * first, 6 * first + 6, 6 * first + 12, size[CENTRELINE], e[LENGTH]
-    axial, plane = size[AXIALS], size[AXIALS] + size[Y_MODES]
-    pull = own[g + 1] + own[g + 3]
-    force[p] += own[g] - pull
-    force[r] += own[g + 2] + pull
-    h = g + n
+    h = g + size[Y_MODES]
+    pull = own[h + 1] + own[h + 3]
+    force[p] += own[h] - pull
+    force[r] += own[h + 2] + pull
+    h += n
     w1, t1, w2, t2 = hermite_transpose(own[h], own[h + 1], own[h + 2], own[h + 3], length, e[SHEAR_Z])
     force[p + 1] += w1
     force[p + 5] += t1
     force[r + 1] += w2
     force[r + 5] += t2
-    h = g + 2 * n
+    h += n
     w1, t1, w2, t2 = hermite_transpose(own[h], own[h + 1], own[h + 2], own[h + 3], length, e[SHEAR_Y])
     force[p + 2] += w1
     force[p + 4] -= t1
     force[r + 2] += w2
     force[r + 4] -= t2
-    for i in range(axial):
-        force[m + i] += own[g + 4 + i]
-    for i in range(axial, plane):
-        force[m + i] += own[g + n + 4 + i]
-    for i in range(plane, plane + size[Z_MODES]):
-        force[m + i] += own[g + 2 * n + 4 + i]
+    for i in range(size[AXIALS] + size[Y_MODES] + size[Z_MODES]):
+        force[m + i] += own[g + size[FUNCTION + 2 * i]]
 
 
 @kernel
@@ -127,28 +126,23 @@ def middle_forces(e, shear, g1):
 @kernel
 def spread_rotation(e, size, own, g, force, first):
     """Add moments own[g:] (3, G) on the rotation's functions to those of the ends and the modes, flat."""
-    p, r, n, axial = 6 * first, 6 * first + 6, size[ROTATION], size[AXIALS]
-    plane, space, m = size[Y_MODES], size[Y_MODES] + size[Z_MODES], 6 * first + 12 + size[AXIALS]
-    force[p + 3] += own[g] + 0.5 * own[g + 1]
-    force[r + 3] += own[g + 2] + 0.5 * own[g + 1]
-    h = g + n
+    p, r, m, n, h = 6 * first, 6 * first + 6, 6 * first + 12, size[ROTATION], g + size[Y_MODES]
+    force[p + 3] += own[h] + 0.5 * own[h + 1]
+    force[r + 3] += own[h + 2] + 0.5 * own[h + 1]
+    h += n
     w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -own[h + 1])
     force[p + 2] += w1
     force[p + 4] += own[h] - t1
     force[r + 2] += w2
     force[r + 4] += own[h + 2] - t2
-    h = g + 2 * n
+    h += n
     w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], own[h + 1])
     force[p + 1] += w1
     force[p + 5] += own[h] + t1
     force[r + 1] += w2
     force[r + 5] += own[h + 2] + t2
-    for i in range(plane):
-        force[m + i] += own[g + 2 * n + 3 + i]
-    for i in range(plane, space):
-        force[m + i] += own[g + n + 3 + i]
-    for i in range(space, size[MODES] - axial):
-        force[m + i] += own[g + 3 + i]
+    for i in range(size[AXIALS], size[MODES]):
+        force[m + i] += own[g + size[FUNCTION + 2 * i + 1]]
 
 
 @kernel
@@ -186,15 +180,14 @@ def leave_out_softening(f, n, own, h, g):
 
 @kernel
 def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, force, wrench):
-    """Add inertia, elastic and damping forces of a reduced link to nodes, modes and the link's wrench.
+    """Add inertia, elastic and damping forces of the placed link to nodes, modes and the link's wrench.
 
     Frame, coriolis and spin as in spatial_beam.inertia_force.
     """
     b00, b01, b02, b10, b11, b12, b20, b21, b22, x0, x1, x2 = turned_frame(f, coriolis)
     n, c, r = size[CENTRELINE], size[LINE], size[MIX]
     x, y, z, out = flat(d), flat(v), flat(a), flat(force)
-    ca, g = c + 9 * n, c + 12 * n
-    centreline(e, size, x, first, 1.0, own, c)
+    ca, g, h = c + 9 * n, c + 12 * n, size[Y_MODES]
     centreline(e, size, y, first, 0.0, own, c + 3 * n)
     centreline(e, size, z, first, 0.0, own, c + 6 * n)
     # by place, rate and acceleration
@@ -216,29 +209,27 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
         alpha,
     )
     own[r + 6], own[r + 16], own[r + 26] = 1.0, 1.0, 1.0
-    for j in range(0, n, 4):
-        four_thrice(9, own, size[MIX], 1, 9, own, c + j, n, own, ca + j, n)
+    mix(3, 9, own, size[MIX], own, c, n, own, ca)
     for k in range(3):
-        own[ca + k * n] += f[3 + k]
-        own[ca + k * n + 2] += f[3 + k]
+        own[ca + h + k * n] += f[3 + k]
+        own[ca + h + k * n + 2] += f[3 + k]
     products(3, data, size[MASS_GRAM], n, own, ca, g)
     for k in range(3):
-        wrench[k] += own[g + k * n] + own[g + k * n + 2]
+        wrench[k] += own[g + h + k * n] + own[g + h + k * n + 2]
     cy, cz, gy, gz = c + n, c + 2 * n, g + n, g + 2 * n
     wrench[3] += dot(n, own, cy, own, gz) - dot(n, own, cz, own, gy)
     wrench[4] += dot(n, own, cz, own, g) - dot(n, own, c, own, gz)
     wrench[5] += dot(n, own, c, own, gy) - dot(n, own, cy, own, g)
     if not spin:
-        own[c + 1] -= e[LENGTH]
-        own[c + 2] -= e[LENGTH]
-        own[c + 3] -= e[LENGTH]
+        centreline(e, size, x, first, 0.0, own, c)
         products(3, data, size[MASS_GRAM], n, own, c, ca)
         leave_out_softening(f, n, own, ca, g)
+        centreline(e, size, x, first, 1.0, own, c)
     if size[TENSIONS] > 0:
         stiffen(size, data, own, x, y, first, 6, 1.0, beta, out)
     spread(e, size, own, g, out, first)
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
-        section_forces(size, data, own, e, f, x, y, z, first, alpha, coriolis, spin, out, wrench)
+        section_forces(size, data, own, e, f, y, z, first, alpha, coriolis, spin, out, wrench)
     elif e[POLAR] > 0.0:
         spin_forces(size, data, own, e, f, y, z, first, alpha, coriolis, out, wrench)
     spatial_beam.elastic_force(e, d, first + 1, force)
@@ -251,7 +242,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
 
 @kernel
 def stiffness_product(size, data, own, e, d, y, first, scale, force):
-    """Add scale times the stiffness at the displacements d times the nodal vector y to the forces.
+    """Add scale times the stiffness at the placed displacements d times the nodal vector y to the forces.
 
     The stiffness is the tangent without the axial force's own (geometric) part.
     """
@@ -261,7 +252,6 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force):
     for i in range(size[MODES]):
         out[begin + i] += scale * data[size[MODAL_STIFFNESS] + i] * rows[begin + i]
     if size[TENSIONS] > 0:
-        centreline(e, size, flat(d), first, 1.0, own, c)
         centreline(e, size, rows, first, 0.0, own, c + 3 * n)
         for k in range(3 * n):
             own[g + k] = 0.0
@@ -270,19 +260,17 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force):
 
 
 @kernel
-def section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin, force, wrench):
+def section_forces(size, data, own, e, f, v, a, first, alpha, coriolis, spin, force, wrench):
     """Add the inertia forces of the sections' rotation; directors as in spatial_beam.inertia_force.
 
     All nodal rows are flat.
     """
     b00, b01, b02, b10, b11, b12, b20, b21, b22, x0, x1, x2 = turned_frame(f, coriolis)
     iy, iz, n, gram = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN_GRAM]
-    phi, r = size[TURN], size[TURN_MIX]
-    moment, made, spun = phi + 9 * n, phi + 16 * n, phi + 19 * n
-    rotation(e, size, d, first, own, phi)
+    phi, r, y = size[TURN], size[TURN_MIX], size[Y_MODES]
+    moment, made, spun = phi + 9 * n, phi + 16 * n, size[TURNED]
     rotation(e, size, v, first, own, phi + 3 * n)
     rotation(e, size, a, first, own, phi + 6 * n)
-    products(3, data, gram, n, own, phi, spun)
     # inertia forces on the director y by phi, its rate and its acceleration, from (-phi_z, 1, phi_x):
     #   x: -b00 pz + b02 px + x1 vx - alpha vz - az
     #   y: -b10 pz + b12 px - x2 vz - x0 vx
@@ -306,9 +294,8 @@ def section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin,
     own[r], own[r + 1], own[r + 3], own[r + 4], own[r + 6] = -iz * b11, iz * b10, -iz * alpha, iz * x2, -iz
     r += 9
     own[r], own[r + 1], own[r + 3], own[r + 4] = -iz * b21, iz * b20, -iz * x0, -iz * x1
-    for j in range(0, n, 4):
-        four_seven_times(9, own, size[TURN_MIX], 1, 9, own, phi + j, n, own, moment + j, n)
-    for k in range(moment, moment + 3):
+    mix_seven(9, own, size[TURN_MIX], own, phi, n, own, moment)
+    for k in range(moment + y, moment + y + 3):
         own[k] += iy * b21 - iz * b12
         own[k + n] += iz * b02
         own[k + 2 * n] -= iy * b01
@@ -318,7 +305,7 @@ def section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin,
         own[k + 6 * n] += iz * b22
     products(3, data, gram, n, own, moment, made)
     m0 = m1 = m2 = 0.0
-    for k in range(3):
+    for k in range(y, y + 3):
         m0 += own[made + k]
         m1 += own[made + n + k]
         m2 += own[made + 2 * n + k]
@@ -334,12 +321,12 @@ def section_forces(size, data, own, e, f, d, v, a, first, alpha, coriolis, spin,
         # without the centrifugal force of what the rotation adds to the directors, (-pz, 0, px), (py, -px, 0)
         w0, w1, w2 = f[0], f[1], f[2]
         square = w0 * w0 + w1 * w1 + w2 * w2
-        for k in range(made, made + n):
-            sx, sy, sz = own[k + 3 * n], own[k + 4 * n], own[k + 5 * n]
-            along, across = w2 * sx - w0 * sz, w0 * sy - w1 * sx
-            own[k] -= iy * (along * w2 - square * sx) - iz * (across * w1 + square * sx)
-            own[k + n] -= iz * (across * w0 - square * sy)
-            own[k + 2 * n] += iy * (along * w0 + square * sz)
+        for k in range(n):
+            ux, uy, uz = own[sx + k], own[sy + k], own[sz + k]
+            along, across = w2 * ux - w0 * uz, w0 * uy - w1 * ux
+            own[made + k] -= iy * (along * w2 - square * ux) - iz * (across * w1 + square * ux)
+            own[made + n + k] -= iz * (across * w0 - square * uy)
+            own[made + 2 * n + k] += iy * (along * w0 + square * uz)
     spread_rotation(e, size, own, made, force, first)
 
 
@@ -350,14 +337,15 @@ def spin_forces(size, data, own, e, f, v, a, first, alpha, coriolis, force, wren
     made = size[TURN] + 16 * n
     rotation(e, size, v, first, own, pv)
     rotation(e, size, a, first, own, pa)
+    y = size[Y_MODES]
     for k in range(n):
-        one = 1.0 if k < 3 else 0.0
+        one = 1.0 if y <= k < y + 3 else 0.0
         own[pa + k] = e[POLAR] * (own[pa + k] + alpha * own[pv + k] + f[6] * one)
         own[pa + n + k] = e[POLAR] * ((own[pv + k] if coriolis else 0.0) + f[0] * one)
         own[pa + 2 * n + k] = 0.0
     products(3, data, size[TURN_GRAM], n, own, pa, made)
     turning = 0.0
-    for k in range(3):
+    for k in range(y, y + 3):
         wrench[3] += own[made + k]
         turning += own[made + n + k]
     wrench[4] += f[2] * turning
@@ -368,18 +356,20 @@ def spin_forces(size, data, own, e, f, v, a, first, alpha, coriolis, force, wren
 
 
 @kernel
-def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
+def inertia_coupling(size, data, own, e, coupling, inertia):
     """Write d(force)/d(link acceleration) of both ends into coupling (12, 6), of the modes into their rows.
 
-    The link's own is added to inertia (6, 6), upper triangle.
+    The link's own is added to inertia (6, 6), upper triangle; the link is placed.
     """
-    n, mass, axial, width, length = size[CENTRELINE], size[MASS_GRAM], size[AXIALS], size[WIDTH], e[LENGTH]
-    plane, c, at = axial + size[Y_MODES], size[LINE], size[PIVOTS] + 16
+    n, mass, width, length, y = size[CENTRELINE], size[MASS_GRAM], size[WIDTH], e[LENGTH], size[Y_MODES]
+    c, at = size[LINE], size[PIVOTS] + 12
     q = c + 12 * n
-    centreline(e, size, flat(d), first, 1.0, own, c)
     products(3, data, mass, n, own, c, q)
+    mx, my, mz, q = q, q + n, q + 2 * n, q + y
     qx, qy, qz = q, q + n, q + 2 * n
-    total = data[mass] + 2.0 * data[mass + 2] + data[mass + 2 * n + 2]
+    # the unit field is in the span of Hermite's functions: first and third
+    first_one, second_one = mass + y * n, mass + (y + 2) * n
+    total = data[first_one + y] + 2.0 * data[first_one + y + 2] + data[second_one + y + 2]
     coupling[:] = 0.0
     # a unit acceleration along e_k has the coefficients (1, 0, 1, 0)
     half, twelfth = 0.5 * total, total * length / 12.0
@@ -404,21 +394,26 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
     coupling[0, 4], coupling[6, 4] = own[qz] - pull, own[qz + 2] + pull
     pull = own[qy + 1] + own[qy + 3]
     coupling[0, 5], coupling[6, 5] = pull - own[qy], -own[qy + 2] - pull
-    for i in range(axial):
-        row = at + i * width
-        own[row], own[row + 1], own[row + 2] = data[mass + 4 + i] + data[mass + 2 * n + 4 + i], 0.0, 0.0
-        own[row + 3], own[row + 4], own[row + 5] = 0.0, own[qz + 4 + i], -own[qy + 4 + i]
-    for i in range(axial, plane):
-        row = at + i * width
-        own[row], own[row + 1], own[row + 2] = 0.0, data[mass + 4 + i] + data[mass + 2 * n + 4 + i], 0.0
-        own[row + 3], own[row + 4], own[row + 5] = -own[qz + 4 + i], 0.0, own[qx + 4 + i]
-    for i in range(plane, plane + size[Z_MODES]):
-        row = at + i * width
-        own[row], own[row + 1], own[row + 2] = 0.0, 0.0, data[mass + 4 + i] + data[mass + 2 * n + 4 + i]
-        own[row + 3], own[row + 4], own[row + 5] = own[qy + 4 + i], -own[qx + 4 + i], 0.0
-    for i in range(plane + size[Z_MODES], size[MODES]):
-        for k in range(6):
-            own[at + i * width + k] = 0.0
+    bent = size[AXIALS] + y
+    space = bent + size[Z_MODES]
+    k, row = y + 4 + size[Z_MODES], at
+    for _ in range(size[AXIALS]):
+        own[row], own[row + 1], own[row + 2] = data[first_one + k] + data[second_one + k], 0.0, 0.0
+        own[row + 3], own[row + 4], own[row + 5] = 0.0, own[mz + k], -own[my + k]
+        k, row = k + 1, row + width
+    for k in range(y):
+        own[row], own[row + 1], own[row + 2] = 0.0, data[first_one + k] + data[second_one + k], 0.0
+        own[row + 3], own[row + 4], own[row + 5] = -own[mz + k], 0.0, own[mx + k]
+        row += width
+    k = y + 4
+    for _ in range(bent, space):
+        own[row], own[row + 1], own[row + 2] = 0.0, 0.0, data[first_one + k] + data[second_one + k]
+        own[row + 3], own[row + 4], own[row + 5] = own[my + k], -own[mx + k], 0.0
+        k, row = k + 1, row + width
+    for _ in range(space, size[MODES]):
+        own[row], own[row + 1], own[row + 2], own[row + 3] = 0.0, 0.0, 0.0, 0.0
+        own[row + 4], own[row + 5] = 0.0, 0.0
+        row += width
     sx, sy, sz = own[qx] + own[qx + 2], own[qy] + own[qy + 2], own[qz] + own[qz + 2]
     inertia[0, 4] += sz
     inertia[0, 5] -= sy
@@ -426,8 +421,8 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
     inertia[1, 5] += sx
     inertia[2, 3] += sy
     inertia[2, 4] -= sx
-    xx, yy, zz = dot(n, own, c, own, qx), dot(n, own, c + n, own, qy), dot(n, own, c + 2 * n, own, qz)
-    xy, xz, yz = dot(n, own, c, own, qy), dot(n, own, c, own, qz), dot(n, own, c + n, own, qz)
+    xx, yy, zz = dot(n, own, c, own, mx), dot(n, own, c + n, own, my), dot(n, own, c + 2 * n, own, mz)
+    xy, xz, yz = dot(n, own, c, own, my), dot(n, own, c, own, mz), dot(n, own, c + n, own, mz)
     inertia[3, 3] += yy + zz
     inertia[4, 4] += xx + zz
     inertia[5, 5] += xx + yy
@@ -435,28 +430,31 @@ def inertia_coupling(size, data, own, e, d, first, coupling, inertia):
     inertia[3, 5] -= xz
     inertia[4, 5] -= yz
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
-        section_coupling(size, data, own, e, d, first, coupling, inertia)
+        section_coupling(size, data, own, e, coupling, inertia)
     elif e[POLAR] > 0.0:
-        n, section, half = size[ROTATION], size[TURN_GRAM], 0.5 * e[POLAR] * length
+        half = 0.5 * e[POLAR] * length
         coupling[3, 3] += half
         coupling[9, 3] += half
         inertia[3, 3] += 2.0 * half
-        for i in range(plane - axial + size[Z_MODES], size[MODES] - axial):
-            one = data[section + 3 + i] + data[section + n + 3 + i] + data[section + 2 * n + 3 + i]
-            own[at + (axial + i) * width + 3] += e[POLAR] * one
+        for i in range(space, size[MODES]):
+            own[at + i * width + 3] += e[POLAR] * turning(size, data, y + 3 + size[Z_MODES] + i - space)
 
 
 @kernel
-def section_coupling(size, data, own, e, d, first, coupling, inertia):
+def turning(size, data, k):
+    """Product of the rotation's function k with a unit rotation, that of the three quadratics together."""
+    n, y = size[ROTATION], size[Y_MODES]
+    at = size[TURN_GRAM] + y * n + k
+    return data[at] + data[at + n] + data[at + 2 * n]
+
+
+@kernel
+def section_coupling(size, data, own, e, coupling, inertia):
     """The sections' part of inertia_coupling."""
     iy, iz, n, length = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], e[LENGTH]
-    section, phi, width = size[TURN_GRAM], size[TURN], size[WIDTH]
-    axial, plane = size[AXIALS], size[Y_MODES]
-    space, spun = plane + size[Z_MODES], phi + 19 * n
-    rotation(e, size, flat(d), first, own, phi)
-    products(3, data, section, n, own, phi, spun)
+    phi, width, spun, y_modes = size[TURN], size[WIDTH], size[TURNED], size[Y_MODES]
     px = py = pz = 0.0
-    for k in range(spun, spun + 3):
+    for k in range(spun + y_modes, spun + y_modes + 3):
         px += own[k]
         py += own[k + n]
         pz += own[k + 2 * n]
@@ -477,6 +475,7 @@ def section_coupling(size, data, own, e, d, first, coupling, inertia):
     half = 0.5 * (iy + iz) * length
     coupling[3, 3] += half
     coupling[9, 3] += half
+    sx, sy, sz = sx + y_modes, sy + y_modes, sz + y_modes
     mx, my, mz = own[sx + 1], own[sy + 1], own[sz + 1]
     for k, at in ((0, 3), (2, 9)):
         x, y, z = own[sx + k], own[sy + k], own[sz + k]
@@ -506,26 +505,25 @@ def section_coupling(size, data, own, e, d, first, coupling, inertia):
     coupling[5, 5] += t1
     coupling[7, 5] += w2
     coupling[11, 5] += t2
-    for i in range(3, 3 + size[MODES] - axial):
-        one = data[section + i] + data[section + n + i] + data[section + 2 * n + i]
-        x, y, z = own[sx + i], own[sy + i], own[sz + i]
-        at = size[PIVOTS] + (axial + i - 3) * width + 19
-        if i - 3 < plane:
-            own[at + 1] -= iy * x
-            own[at + 2] += iy * one
-        elif i - 3 < space:
-            own[at + 1] += iz * one
-            own[at + 2] += iz * x
-        else:
-            own[at] += (iy + iz) * one
-            own[at + 1] += iy * z
-            own[at + 2] -= iz * y
+    row = size[PIVOTS] + size[AXIALS] * width + 15
+    for k in range(-y_modes, 0):
+        own[row + 1] -= iy * own[sx + k]
+        own[row + 2] += iy * turning(size, data, y_modes + k)
+        row += width
+    for k in range(3, 3 + size[Z_MODES]):
+        own[row + 1] += iz * turning(size, data, y_modes + k)
+        own[row + 2] += iz * own[sx + k]
+        row += width
+    for k in range(3 + size[Z_MODES], 3 + size[MODES] - size[AXIALS] - y_modes):
+        own[row] += (iy + iz) * turning(size, data, y_modes + k)
+        own[row + 1] += iy * own[sz + k]
+        own[row + 2] -= iz * own[sy + k]
+        row += width
 
 
 @kernel
 def axial_force(size, data, own, e, d, first):
-    """Mean tension of a reduced link, N."""
+    """Mean tension of a placed link, N."""
     if size[TENSIONS] == 0:
         return spatial_beam.axial_force(e, d, first + 1)
-    centreline(e, size, flat(d), first, 1.0, own, size[LINE])
-    return slope_energy(size, data, own, d, first, 6, 1)[1]
+    return slope_energy(size, data, own, d, first, 6)[1]

@@ -16,6 +16,8 @@ from numba.core import cgutils
 from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
+from .kernel import kernel
+
 
 def weighted_sums(lanes: int, kept: int, parts: int, add: bool) -> Callable[..., Any]:
     """Function (n, x, at, step, apart, rows, first, width, out, place, beside) for kernels.
@@ -40,40 +42,48 @@ def weighted_sums(lanes: int, kept: int, parts: int, add: bool) -> Callable[...,
 
     def emit(context, builder, signature, arguments):
         n, x, at, step, apart, rows, first, width, out, place, beside = arguments
-        number = ir.DoubleType()
-        vector, shuffle = ir.VectorType(number, lanes), ir.IntType(32)
+        number, shuffle, count = ir.DoubleType(), ir.IntType(32), ir.IntType(64)
         x, rows, out = (
             context.make_array(signature.args[k])(context, builder, arguments[k]).data for k in (1, 5, 8)
         )
-        totals = [cgutils.alloca_once(builder, vector) for _ in range(parts)]
-        for total in totals:
-            builder.store(ir.Constant(vector, None), total)
-        same = ir.Constant(ir.VectorType(shuffle, lanes), [0] * lanes)
-        none = ir.Constant(vector, ir.Undefined)
+        begins = range(0, lanes, 8)
+        vectors = [ir.VectorType(number, min(8, lanes - begin)) for begin in begins]
+        totals = [[cgutils.alloca_once(builder, vector) for vector in vectors] for _ in range(parts)]
+        for part in totals:
+            for total, vector in zip(part, vectors, strict=True):
+                builder.store(ir.Constant(vector, None), total)
         with cgutils.for_range(builder, n) as loop:
             here = builder.add(at, builder.mul(loop.index, step))
             row = builder.gep(rows, [builder.add(first, builder.mul(loop.index, width))])
-            row = builder.load(builder.bitcast(row, vector.as_pointer()), align=8)
-            for total in totals:
+            pieces = []
+            for begin, vector in zip(begins, vectors, strict=True):
+                there = builder.bitcast(builder.gep(row, [ir.Constant(count, begin)]), vector.as_pointer())
+                pieces.append(builder.load(there, align=8))
+            for part in totals:
                 weight = builder.load(builder.gep(x, [here]))
-                spread = builder.insert_element(none, weight, ir.Constant(shuffle, 0))
-                spread = builder.shuffle_vector(spread, none, same)
-                product = builder.fmul(spread, row, flags=("contract",))
-                builder.store(builder.fadd(builder.load(total), product, flags=("contract",)), total)
+                for total, piece, vector in zip(part, pieces, vectors, strict=True):
+                    same = ir.Constant(ir.VectorType(shuffle, vector.count), [0] * vector.count)
+                    none = ir.Constant(vector, ir.Undefined)
+                    spread = builder.insert_element(none, weight, ir.Constant(shuffle, 0))
+                    spread = builder.shuffle_vector(spread, none, same)
+                    product = builder.fmul(spread, piece, flags=("contract",))
+                    builder.store(builder.fadd(builder.load(total), product, flags=("contract",)), total)
                 here = builder.add(here, apart)
-        for total in totals:
-            whole, begin = builder.load(total), 0
-            while begin < kept:
-                size = 1 << ((kept - begin).bit_length() - 1)
-                part = ir.VectorType(number, size)
-                chosen = ir.Constant(ir.VectorType(shuffle, size), list(range(begin, begin + size)))
-                some = builder.shuffle_vector(whole, whole, chosen)
-                there = builder.gep(out, [builder.add(place, ir.Constant(ir.IntType(64), begin))])
-                there = builder.bitcast(there, part.as_pointer())
-                if add:
-                    some = builder.fadd(builder.load(there, align=8), some, flags=("contract",))
-                builder.store(some, there, align=8)
-                begin += size
+        for part in totals:
+            for total, begin in zip(part, begins, strict=True):
+                whole, end = builder.load(total), min(kept - begin, 8)
+                at = 0
+                while at < end:
+                    size = 1 << ((end - at).bit_length() - 1)
+                    some = ir.VectorType(number, size)
+                    chosen = ir.Constant(ir.VectorType(shuffle, size), list(range(at, at + size)))
+                    piece = builder.shuffle_vector(whole, whole, chosen)
+                    there = builder.gep(out, [builder.add(place, ir.Constant(count, begin + at))])
+                    there = builder.bitcast(there, some.as_pointer())
+                    if add:
+                        piece = builder.fadd(builder.load(there, align=8), piece, flags=("contract",))
+                    builder.store(piece, there, align=8)
+                    at += size
             place = builder.add(place, beside)
         return context.get_dummy_value()
 
@@ -129,15 +139,100 @@ def scalar_product() -> Callable[..., Any]:
 
 
 dot = scalar_product()
-# rows of four entries, or of eight
+four_once = weighted_sums(4, 4, 1, False)
+eight_once = weighted_sums(8, 8, 1, False)
+twelve_once = weighted_sums(12, 12, 1, False)
+lanes_once = weighted_sums(24, 24, 1, False)
 add_four = weighted_sums(4, 4, 1, True)
 add_eight = weighted_sums(8, 8, 1, True)
-four_once = weighted_sums(4, 4, 1, False)
+add_twelve = weighted_sums(12, 12, 1, True)
+add_lanes = weighted_sums(24, 24, 1, True)
 four_twice = weighted_sums(4, 4, 2, False)
+eight_twice = weighted_sums(8, 8, 2, False)
+twelve_twice = weighted_sums(12, 12, 2, False)
 four_thrice = weighted_sums(4, 4, 3, False)
+eight_thrice = weighted_sums(8, 8, 3, False)
+twelve_thrice = weighted_sums(12, 12, 3, False)
 four_seven_times = weighted_sums(4, 4, 7, False)
-# three of four entries, or six of eight, are those of a node
-add_planar_node = weighted_sums(4, 3, 1, True)
-add_spatial_node = weighted_sums(8, 6, 1, True)
-add_planar_block = weighted_sums(4, 3, 3, True)
-add_spatial_block = weighted_sums(8, 6, 6, True)
+eight_seven_times = weighted_sums(8, 8, 7, False)
+# rows of a front over three nodes in space, those of a node or of two alike ones at once
+add_whole_rows = weighted_sums(24, 18, 6, True)
+add_later_rows = weighted_sums(12, 12, 6, True)
+add_last_rows = weighted_sums(8, 6, 6, True)
+add_row_pair = weighted_sums(8, 6, 2, True)
+# likewise in the plane
+add_whole_planar_rows = weighted_sums(12, 9, 3, True)
+add_later_planar_rows = weighted_sums(8, 6, 3, True)
+add_last_planar_rows = weighted_sums(4, 3, 3, True)
+add_planar_row_pair = weighted_sums(4, 3, 2, True)
+
+
+@kernel
+def combine(n, x, at, rows, first, width, out, place, columns):
+    """out[place:] = sum_i x[at + i] rows[first + i width:] over i < n, a multiple of four columns."""
+    k = 0
+    while columns - k >= 24:
+        lanes_once(n, x, at, 1, 0, rows, first + k, width, out, place + k, 0)
+        k += 24
+    while columns - k >= 12:
+        twelve_once(n, x, at, 1, 0, rows, first + k, width, out, place + k, 0)
+        k += 12
+    if columns - k >= 8:
+        eight_once(n, x, at, 1, 0, rows, first + k, width, out, place + k, 0)
+        k += 8
+    if columns - k >= 4:
+        four_once(n, x, at, 1, 0, rows, first + k, width, out, place + k, 0)
+
+
+@kernel
+def add_combined(n, x, at, rows, first, width, out, place, columns):
+    """The same, added to out."""
+    k = 0
+    while columns - k >= 24:
+        add_lanes(n, x, at, 1, 0, rows, first + k, width, out, place + k, 0)
+        k += 24
+    while columns - k >= 12:
+        add_twelve(n, x, at, 1, 0, rows, first + k, width, out, place + k, 0)
+        k += 12
+    if columns - k >= 8:
+        add_eight(n, x, at, 1, 0, rows, first + k, width, out, place + k, 0)
+        k += 8
+    if columns - k >= 4:
+        add_four(n, x, at, 1, 0, rows, first + k, width, out, place + k, 0)
+
+
+@kernel
+def mix(parts, n, x, at, rows, first, width, out, place):
+    """For 2 or 3 parts p: out[place + p width:] = sum_i x[at + p n + i] rows[first + i width:], i < n.
+
+    width is a multiple of four.
+    """
+    k = 0
+    while width - k >= 12:
+        if parts == 3:
+            twelve_thrice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+        else:
+            twelve_twice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+        k += 12
+    if width - k >= 8:
+        if parts == 3:
+            eight_thrice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+        else:
+            eight_twice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+        k += 8
+    if width - k >= 4:
+        if parts == 3:
+            four_thrice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+        else:
+            four_twice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+
+
+@kernel
+def mix_seven(n, x, at, rows, first, width, out, place):
+    """The same for seven parts."""
+    k = 0
+    while width - k >= 8:
+        eight_seven_times(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+        k += 8
+    if width - k >= 4:
+        four_seven_times(n, x, at, 1, n, rows, first + k, width, out, place + k, width)

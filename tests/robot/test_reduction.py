@@ -9,7 +9,7 @@ from flexsim_node.acceleration import acceleration
 from flexsim_node.chain import ACCELERATION, COUNT, DISPLACEMENT, FIRST, RATE, workspace
 from flexsim_node.dynamics import link_forces, residual, stiffness_times
 from flexsim_node.factorization import factorize, set_scale, solve
-from flexsim_node.kinematics import place
+from flexsim_node.kinematics import place, shape
 from flexsim_node.linearization import unknown_names
 from flexsim_node.model import build_model
 from flexsim_node.observation import Observation
@@ -177,6 +177,7 @@ def test_forces_of_a_link_whose_start_moves(build, modes):
         z = rng.standard_normal(width)
         works[1].node[row].reshape(-1)[at : at + width] = z
         works[0].node[row, nodes] = (expand @ z).reshape(-1, b)
+    shape(reduced.chain.reduction, reduced.chain.dofs, reduced.chain, works[1])
     for model, work in zip((full, reduced), works, strict=True):
         link_forces(model.chain, work)
     theirs = expand.T @ works[0].force[nodes].ravel()
