@@ -108,20 +108,21 @@ $(STANDARD_STAMP): $(VENV_STAMP) $(shell find msgs_schema/simulation_interfaces 
 	    "import os, sys; p = os.environ.get('AMENT_PREFIX_PATH', ''); os.environ['AMENT_PREFIX_PATH'] = p if sys.prefix in p.split(':') else sys.prefix + ':' * bool(p) + p" \
 	    "import os, sys; sys.prefix + '/lib' in os.environ.get('LD_LIBRARY_PATH', '').split(':') or os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)" \
 	    > "$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ament_prefix_path.pth"
-	$(call build_types,simulation_interfaces,msgs_schema/simulation_interfaces)
+	# Not optimised, which is half of the compiler's time: its services are asked now and then.
+	$(call build_types,simulation_interfaces,msgs_schema/simulation_interfaces,None)
 	touch $@
 
 $(MESSAGES_STAMP): $(STANDARD_STAMP) msgs_schema/CMakeLists.txt msgs_schema/package.xml $(shell find msgs_schema/msg -type f)
 	echo "set-up 3/5: flexsim_msgs"
-	$(call build_types,flexsim_msgs,msgs_schema)
+	$(call build_types,flexsim_msgs,msgs_schema,Release)
 	touch $@
 
-# $(call build_types,PACKAGE,FOLDER): generate, build and install a package of types.
+# $(call build_types,PACKAGE,FOLDER,BUILD_TYPE): generate, build and install a package of types.
 define build_types
 rm -rf $(VENV)/build/$(1) $(VENV)/lib/lib$(1)__* $(VENV)/share/$(1) $(VENV)/include/$(1) \
 	    $(VENV)/lib/python3.*/site-packages/$(1)*
 	mkdir -p $(VENV)/build
-	$(VENV)/bin/cmake -S $(2) -B $(VENV)/build/$(1) -DCMAKE_BUILD_TYPE=Release \
+	$(VENV)/bin/cmake -S $(2) -B $(VENV)/build/$(1) -DCMAKE_BUILD_TYPE=$(3) \
 	    -DCMAKE_INSTALL_PREFIX="$$PWD/$(VENV)" -DCMAKE_PREFIX_PATH="$$PWD/$(VENV)" \
 	    -DPython3_EXECUTABLE="$$PWD/$(VENV)/bin/python" -DPython3_FIND_VIRTUALENV=ONLY \
 	    -DBUILD_TESTING=OFF -DINSTALL_FLEXSIM_ROS=OFF > $(VENV)/build/$(1).log 2>&1 \

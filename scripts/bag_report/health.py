@@ -56,7 +56,7 @@ def health_part(bag: Bag, seen: Examination) -> tuple[Section, dict[str, Any]]:
     if len(said.steps) > 1:
         section.picture(step_times(seen, allowed))
     if len(said.energy) > 1:
-        time, _, energy = np.array(said.energy).T
+        time, _, energy, _ = np.array(said.energy).T
         title = "Kinetic, elastic and gravitational energy"
         section.picture(
             pictures.curves(

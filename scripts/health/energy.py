@@ -13,9 +13,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-# What may go wrong without anything being wrong: parts of the work that was done back and forth, and of
-# the energies that were reported with nine digits.
-PART_OF_WORK, PART_OF_ENERGY = 0.02, 1e-6
+# What may go wrong without anything being wrong: parts of the work that was done back and forth, of the
+# kinetic energy (an integrator's error; what Rayleigh's alpha gives the joints), and of the energies that
+# were reported with nine digits.
+PART_OF_WORK, PART_OF_MOTION, PART_OF_ENERGY = 0.02, 1e-3, 1e-6
 # Between two reports at most this part of the time may lack joint states.
 MOST_LACKING = 0.02
 
@@ -38,7 +39,7 @@ class Gain:
 
 
 def gains(
-    energy: list[tuple[float, float, float]],
+    energy: list[tuple[float, float, float, float]],
     time: NDArray[np.float64],
     position: NDArray[np.float64],
     effort: NDArray[np.float64],
@@ -47,7 +48,7 @@ def gains(
 
     Parameters
     ----------
-    energy : list of (time of the bag, simulated time, energy)
+    energy : list of (time of the bag, simulated time, energy, kinetic energy)
     time : ndarray (K,), simulated s, rising
     position, effort : ndarray (K, m)
     """
@@ -60,14 +61,14 @@ def gains(
     gross = np.concatenate([[0.0], np.cumsum(np.abs(part))])
     period = float(np.median(np.diff(time)))
     found = []
-    for (_, t0, e0), (at, t1, e1) in pairwise(energy):
+    for (_, t0, e0, k0), (at, t1, e1, k1) in pairwise(energy):
         a, b = np.searchsorted(time, [t0 - 0.5 * period, t1 - 0.5 * period])
         if t1 <= t0 or b >= len(time) or abs(time[a] - t0) > period or abs(time[b] - t1) > period:
             continue
         if (b - a) * period < (1.0 - MOST_LACKING) * (t1 - t0):
             continue
         done, allowed = float(work[b] - work[a]), PART_OF_WORK * float(gross[b] - gross[a])
-        allowed += PART_OF_ENERGY * (abs(e0) + abs(e1)) + 1e-9
+        allowed += PART_OF_MOTION * max(k0, k1) + PART_OF_ENERGY * (abs(e0) + abs(e1)) + 1e-9
         if e1 - e0 > done + allowed:
             found.append(Gain(at, t1, e1 - e0, done))
     return found

@@ -60,7 +60,7 @@ class Said:
     ticks : int, deadlines in all
     values : the last of each number, by status and key
     validity : the largest of each figure
-    energy : (time of the bag, simulated time, total energy) of each report, s, s, J
+    energy : (time of the bag, simulated time, total, kinetic energy) of each report, s, s, J, J
     steps : (time of the bag, status' own step times by key) of each report, s, µs
     scene : the name of that whose validity, energy and steps are taken, where there are several; "": all
     """
@@ -69,7 +69,7 @@ class Said:
     overruns: list[Overruns] = field(default_factory=list)
     values: dict[str, dict[str, str]] = field(default_factory=dict)
     validity: dict[str, Largest] = field(default_factory=dict)
-    energy: list[tuple[float, float, float]] = field(default_factory=list)
+    energy: list[tuple[float, float, float, float]] = field(default_factory=list)
     steps: list[tuple[float, dict[str, float]]] = field(default_factory=list)
     scene: str = ""
     _open: dict[tuple[str, str], Episode] = field(default_factory=dict)
@@ -88,7 +88,7 @@ class Said:
             parts = [status.number(key) for key in ENERGIES]
             known = [e for e in parts if e is not None]
             if len(known) == len(ENERGIES):
-                self.energy.append((time, status.stamp, sum(known)))
+                self.energy.append((time, status.stamp, sum(known), known[0]))
             step = {k: n for k in status.values if k.endswith(", µs") and (n := status.number(k)) is not None}
             if step:
                 self.steps.append((time, step))

@@ -23,6 +23,8 @@ LEAST = 20
 REGULAR = 3.0
 # Simulated time may run ahead of its own pace by so much before it is called a jump, s.
 JUMP = 0.5
+# Counts and stamps that step back more often than this are those of several publishers on one topic.
+SEVERAL = 0.05
 CLOCK = ("clock.sec", "clock.nanosec")
 HEADER = ("header.stamp.sec", "header.stamp.nanosec")
 
@@ -150,7 +152,8 @@ class Times:
         # Time that was never filled in.
         if len(stamp) and not stamp.any():
             stamp = np.empty(0, np.int64)
-        if len(stamp):
+        # Each of several nodes may stamp by a clock of its own; of /clock there is to be one.
+        if len(stamp) and not (self._fields == HEADER and interleaved(stamp)):
             found.jumps = jumps(seconds, stamp)
         if len(log) < LEAST:
             return found
@@ -188,8 +191,14 @@ def gaps(time: NDArray[np.float64], longest: float, stamp: NDArray[np.int64]) ->
 
 
 def counted(sequence: NDArray[np.int64]) -> bool:
-    """Say whether the publisher counted its messages."""
-    return len(sequence) > 1 and bool((sequence != sequence[0]).any())
+    """Say whether one publisher counted the messages: of several the counts can't be told apart."""
+    return len(sequence) > 1 and bool((sequence != sequence[0]).any()) and not interleaved(sequence)
+
+
+def interleaved(values: NDArray[np.int64]) -> bool:
+    """Say whether they step back so often that they come from several publishers."""
+    back = int(np.sum(np.diff(values.astype(np.int64)) < 0))
+    return back > max(2, SEVERAL * len(values))
 
 
 def losses(time: NDArray[np.float64], sequence: NDArray[np.int64]) -> list[Loss]:

@@ -90,6 +90,24 @@ def test_what_went_wrong(tmp_path: Path) -> None:
         assert words in shown
 
 
+def test_two_nodes_on_one_topic(tmp_path: Path) -> None:
+    """Each counts and stamps by itself: nothing is lost, no clock jumps; a fall gains nothing."""
+    with BagWriter(tmp_path / "run") as bag:
+        topics = Topics(bag)
+        for k in range(2000):
+            topics.write("/joint_states", joint_state(k / RATE, ["a"], [0.0], [0.0], [0.0]), k / RATE, k + 1)
+        for k in range(20):
+            t = 0.1 * k + 0.05
+            energies = dict(zip(ENERGIES, (5.0 + k, 0.0, -k + 1e-4 * k), strict=True))
+            topics.write("/diagnostics", diagnostics(t, {"solver": (0, "ok", energies)}), t, 7 + k)
+            door = diagnostics(60.0 * t, {"pace": (0, "running", {})})
+            topics.write("/diagnostics", door, t + 0.03, 1 + k)
+    found = json.loads(flexsim("info", tmp_path / "run", "--json").stdout)
+    both = found["topics"]["/diagnostics"]
+    assert both["clock_jumps"] == [] and both["lost"] is None
+    assert found["energy_checked"] == 19 and found["energy_gains"] == []
+
+
 def test_a_run_that_went_well(tmp_path: Path) -> None:
     """Nothing is found where nothing is wrong; without reading, the index alone is shown."""
     bag = write(tmp_path / "run", wrong=False)
