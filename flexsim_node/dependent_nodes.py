@@ -7,8 +7,29 @@ node and of the node before.
 from __future__ import annotations
 
 from .chain import COUNT, FIRST
+from .flat import flat
 from .kernel import kernel
-from .reduced_chain import ROWS
+from .reduced_chain import MODES
+
+
+@kernel
+def own_modes(reduction, chain, n, end, y, rows):
+    """Copy the modes of a reduced link n, unknowns in a row, behind its end, which is at `end`."""
+    if len(reduction) == 0 or chain.reduced[n, MODES] <= 0:
+        return
+    begin, z = flat(chain.unknown)[end], flat(rows)
+    for i in range(chain.reduced[n, MODES]):
+        z[end + i] = y[begin + i]
+
+
+@kernel
+def fold_modes(reduction, chain, n, end, force, out):
+    """Add the forces on them to those of their unknowns."""
+    if len(reduction) == 0 or chain.reduced[n, MODES] <= 0:
+        return
+    begin, z = flat(chain.unknown)[end], flat(force)
+    for i in range(chain.reduced[n, MODES]):
+        out[begin + i] += z[end + i]
 
 
 @kernel
@@ -19,11 +40,8 @@ def own_nodes(chain, n, y, rows):
     """
     first, count = chain.link[n, FIRST], chain.link[n, COUNT]
     index, dependency = chain.unknown, chain.dependency
-    end = first + count + 1
-    for i in range(end, end + chain.reduced[n, ROWS]):
-        for k in range(len(chain.dofs)):
-            rows[i, k] = y[index[i, k]] if index[i, k] >= 0 else 0.0
     b = len(chain.dofs)
+    own_modes(chain.reduction, chain, n, b * (first + count + 1), y, rows)
     for i in range(first + 1, first + count + 1):
         dependent = False
         for k in range(b):
@@ -48,12 +66,8 @@ def fold_forces(chain, n, force, out):
     """Add forces on link n's nodes after its start to those of their unknowns, or of what they depend on."""
     first, count = chain.link[n, FIRST], chain.link[n, COUNT]
     index, dependency = chain.unknown, chain.dependency
-    end = first + count + 1
-    for i in range(end, end + chain.reduced[n, ROWS]):
-        for k in range(len(chain.dofs)):
-            if index[i, k] >= 0:
-                out[index[i, k]] += force[i, k]
     b = len(chain.dofs)
+    fold_modes(chain.reduction, chain, n, b * (first + count + 1), force, out)
     for i in range(first + count, first, -1):
         for k in range(b):
             if index[i, k] < 0:

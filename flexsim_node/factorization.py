@@ -41,10 +41,12 @@ from .chain import (
     Q,
 )
 from .co_moving import elimination
+from .flat import flat
 from .interface import hand_load, hand_over, hand_over_planar, take_answer
 from .kernel import kernel
 from .kinematics import spatial_row
 from .reduced_chain import MODES, TENSION, TENSIONS
+from .weighted_sum import add_later_rows, twelve_once
 
 
 @kernel
@@ -125,7 +127,10 @@ def joint_vectors(chain, work, n, b, phi_column, q_column):
 
 @kernel
 def times(z, y, out, size):
-    """out = z y."""
+    """out = z y for a symmetric z."""
+    if size == 12:
+        twelve_once(12, y, 0, 1, 0, flat(z), 0, 12, out, 0, 0)
+        return
     for i in range(size):
         total = 0.0
         for k in range(size):
@@ -134,8 +139,14 @@ def times(z, y, out, size):
 
 
 @kernel
-def rank_one(z, row, scale, size):
-    """z -= scale row row^T."""
+def rank_one(z, row, scale, size, weights):
+    """z -= scale row row^T; weights is scratch."""
+    if size == 12:
+        for k in range(12):
+            weights[k] = -scale * row[k]
+        add_later_rows(1, weights, 0, 0, 1, row, 0, 0, flat(z), 0, 12)
+        add_later_rows(1, weights, 6, 0, 1, row, 0, 0, flat(z), 72, 12)
+        return
     for i in range(size):
         c = scale * row[i]
         for k in range(size):
@@ -403,12 +414,12 @@ def eliminate_joint(chain, work, n, z, b, phi_column, q_column):
             pivot -= across * across / own
             for k in range(size):
                 row_q[k] -= row_phi[k] * across / own
-        rank_one(z, row_phi, 1.0 / own, size)
+        rank_one(z, row_phi, row_phi[size], size, work.row[5])
     if moves:
         if not pivot > 0.0:
             return False
         row_q[size] = 1.0 / pivot
-        rank_one(z, row_q, 1.0 / pivot, size)
+        rank_one(z, row_q, row_q[size], size, work.row[5])
     return True
 
 

@@ -25,12 +25,13 @@ MASS_GRAM, TURN_GRAM, SLOPE_Y, SLOPE_Z = 10, 11, 12, 13
 TENSION, MODAL_MASS, MODAL_STIFFNESS, COUPLING, SHAPE, PIECES = range(14, 20)
 # Where in Workspace.modal are, with c components of a vector: rows of the factorisation (P + T, width), their
 # inverse pivots (P + T), the tensions' rows times minus those (T, width); for modes the same over (end,
-# start, A, tensions), column by column (3b + T, height); weights (height), a front (width), loads of the
+# start, A, tensions), column by column (3b + T, height); weights (P + T), a front (width), loads of the
 # tensions (T), their number in the factorisation; the centreline's displacement, rate, acceleration, all of
 # the latter, force (5, c, F), weights (3, 3 c); the rotation's displacement, rate and acceleration, inertia,
-# its products: in the plane 1, 1, 1, 2, 2 and in space 3, 3, 3, 7, 3 components; weights of them; the
-# displacement's products (1 or 3, G); half the gradients of the squared slope that the tensions see, in y
-# and in z (T, Y) and (T, Z), and the lateral coefficients that they go with (Y + Z).
+# its products: in the plane 1, 1, 1, 2, 2 and in space 3, 3, 3, 3, 3 components; weights of them; the
+# displacement's products (1 or 3, G), in space with its integrals and those of its squares (8); half the
+# gradients of the squared slope that the tensions see, in y and in z (T, Y) and (T, Z), and the lateral
+# coefficients that they go with (Y + Z).
 PIVOTS, INVERSE, SCALED, COLUMN, WEIGHT, FRONT, LOADS, ACTIVE = range(20, 28)
 LINE, MIX, TURN, TURN_MIX, TURNED, GRADIENT, LATERAL = range(28, 35)
 # Length of a row of the factorisation, over end, start, A and tensions, with zeros; and of a column, a
@@ -55,7 +56,7 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     axial, y, z = (int(size[k]) for k in (AXIALS, Y_MODES, Z_MODES))
     size[LATERAL_Y], size[LATERAL_Z] = fours(4 + y), fours(4 + z) if b == 6 else 0
     wide, high = int(size[LATERAL_Y]), int(size[LATERAL_Z])
-    c, turning, turned = (2, 7, 1) if b == 3 else (3, 19, 3)
+    c, turning, turned = (2, 7, g) if b == 3 else (3, 15, 3 * g + 8)
     size[WIDTH], size[HEIGHT] = max(fours(3 * b + t), 12 if b == 3 else 24), fours(p)
     for i in range(p):
         kind = sum(i >= edge for edge in (axial, axial + y, axial + y + z))
@@ -73,8 +74,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     width, height = int(size[WIDTH]), int(size[HEIGHT])
     for column, length in (
         (PIVOTS, (p + t) * width), (INVERSE, p + t), (SCALED, t * width), (COLUMN, (3 * b + t) * height),
-        (WEIGHT, height), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
-        (TURN, turning * g), (TURN_MIX, 63), (TURNED, turned * g), (GRADIENT, t * (wide + high)),
+        (WEIGHT, fours(p + t)), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
+        (TURN, turning * g), (TURN_MIX, 27), (TURNED, turned), (GRADIENT, t * (wide + high)),
         (LATERAL, wide + high), (END, 0),
     ):  # fmt: skip
         size[column] = buffers

@@ -46,12 +46,14 @@ from .reduced_chain import (
 )
 from .weighted_sum import (
     add_combined,
+    add_lanes_thrice,
     add_last_planar_rows,
     add_last_rows,
     add_later_planar_rows,
     add_later_rows,
     add_planar_row_pair,
     add_row_pair,
+    add_twelve_thrice,
     add_whole_planar_rows,
     add_whole_rows,
     combine,
@@ -269,7 +271,14 @@ def eliminate_modes(size, own, b, front):
         for k in range(2 * b, entry + tensions):
             own[columns + k * height + i] = -inverse * own[row + k]
     last, after = rows + modes * width, columns + entry * height
-    for j in range(tensions):
+    together = 0
+    if tensions >= 3 and b == 3 and width == 12:
+        add_twelve_thrice(modes, own, after, 1, height, own, rows, width, own, last, width)
+        together = 3
+    elif tensions >= 3 and b == 6 and width == 24:
+        add_lanes_thrice(modes, own, after, 1, height, own, rows, width, own, last, width)
+        together = 3
+    for j in range(together, tensions):
         add_combined(modes, own, after + j * height, own, rows, width, own, last + j * width, width)
     for j in range(tensions):
         row, made = last + j * width, scaled + j * width
@@ -314,11 +323,15 @@ def forward(size, own, unknown, first, b, rhs, out, f):
         out[begin + i] = y
         own[weights + i] = -y
     combine(modes, own, weights, own, rows, width, own, load, width)
+    last = rows + modes * width
     for j in range(tensions):
-        y = own[load + entry + j] * own[inverses + modes + j]
+        total = own[load + entry + j]
+        for k in range(j):
+            total += own[weights + k] * own[last + k * width + entry + j]
+        y = total * own[inverses + modes + j]
         own[loads + j] = y
-        own[weights] = -y
-        add_combined(1, own, weights, own, rows + (modes + j) * width, width, own, load, width)
+        own[weights + j] = -y
+    add_combined(tensions, own, weights, own, last, width, own, load, width)
     for k in range(entry):
         f[k] += own[load + k]
 

@@ -41,7 +41,7 @@ from .reduced_chain import (
     Z_MODES,
 )
 from .reduced_link import products, slope_energy, slopes, stiffen
-from .weighted_sum import dot, mix, mix_seven
+from .weighted_sum import dot, mix
 
 
 @kernel
@@ -88,7 +88,15 @@ def shape(size, data, own, e, d, first):
     slopes(size, data, own, 6)
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
         rotation(e, size, flat(d), first, own, size[TURN])
-        products(3, data, size[TURN_GRAM], size[ROTATION], own, size[TURN], size[TURNED])
+        n, phi, t = size[ROTATION], size[TURN], size[TURNED]
+        products(3, data, size[TURN_GRAM], n, own, phi, t)
+        # integrals of phi and of phi_i phi_k, behind them
+        h, k = t + size[Y_MODES], t + 3 * n
+        for i in range(3):
+            own[k + i] = own[h + i * n] + own[h + i * n + 1] + own[h + i * n + 2]
+        own[k + 3], own[k + 4] = dot(n, own, phi, own, t), dot(n, own, phi, own, t + n)
+        own[k + 5], own[k + 6] = dot(n, own, phi, own, t + 2 * n), dot(n, own, phi + n, own, t + n)
+        own[k + 7] = dot(n, own, phi + 2 * n, own, t + 2 * n)
 
 
 @kernel
@@ -266,11 +274,11 @@ def section_forces(size, data, own, e, f, v, a, first, alpha, coriolis, spin, fo
     All nodal rows are flat.
     """
     b00, b01, b02, b10, b11, b12, b20, b21, b22, x0, x1, x2 = turned_frame(f, coriolis)
-    iy, iz, n, gram = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN_GRAM]
-    phi, r, y = size[TURN], size[TURN_MIX], size[Y_MODES]
-    moment, made, spun = phi + 9 * n, phi + 16 * n, size[TURNED]
-    rotation(e, size, v, first, own, phi + 3 * n)
-    rotation(e, size, a, first, own, phi + 6 * n)
+    iy, iz, n = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION]
+    phi, r, y, t = size[TURN], size[TURN_MIX], size[Y_MODES], size[TURNED]
+    pv, pa, moment, made = phi + 3 * n, phi + 6 * n, phi + 9 * n, phi + 12 * n
+    rotation(e, size, v, first, own, pv)
+    rotation(e, size, a, first, own, pa)
     # inertia forces on the director y by phi, its rate and its acceleration, from (-phi_z, 1, phi_x):
     #   x: -b00 pz + b02 px + x1 vx - alpha vz - az
     #   y: -b10 pz + b12 px - x2 vz - x0 vx
@@ -279,41 +287,41 @@ def section_forces(size, data, own, e, f, v, a, first, alpha, coriolis, spin, fo
     #   x: b00 py - b01 px + x2 vx + alpha vy + ay
     #   y: b10 py - b11 px + x2 vy - alpha vx - ax
     #   z: b20 py - b21 px - x0 vx - x1 vy
-    # the moment is (y_z - z_y, z_x, -y_x); after it y_y, y_z, z_y, z_z
+    # the moment on phi is (y_z - z_y, z_x, -y_x)
     own[r], own[r + 1], own[r + 2] = iy * b22 + iz * b11, -iz * b10, -iy * b20
     own[r + 3], own[r + 4], own[r + 5], own[r + 6] = (iy + iz) * alpha, -iz * x2, iy * x1, iy + iz
     r += 9
     own[r], own[r + 1], own[r + 3], own[r + 4], own[r + 7] = -iz * b01, iz * b00, iz * x2, iz * alpha, iz
     r += 9
     own[r], own[r + 2], own[r + 3], own[r + 5], own[r + 8] = -iy * b02, iy * b00, -iy * x1, iy * alpha, iy
-    r += 9
-    own[r], own[r + 2], own[r + 3], own[r + 5] = iy * b12, -iy * b10, -iy * x0, -iy * x2
-    r += 9
-    own[r], own[r + 2], own[r + 3], own[r + 5], own[r + 6] = iy * b22, -iy * b20, iy * alpha, iy * x1, iy
-    r += 9
-    own[r], own[r + 1], own[r + 3], own[r + 4], own[r + 6] = -iz * b11, iz * b10, -iz * alpha, iz * x2, -iz
-    r += 9
-    own[r], own[r + 1], own[r + 3], own[r + 4] = -iz * b21, iz * b20, -iz * x0, -iz * x1
-    mix_seven(9, own, size[TURN_MIX], own, phi, n, own, moment)
+    mix(3, 9, own, size[TURN_MIX], own, phi, n, own, moment)
     for k in range(moment + y, moment + y + 3):
         own[k] += iy * b21 - iz * b12
         own[k + n] += iz * b02
         own[k + 2 * n] -= iy * b01
-        own[k + 3 * n] += iy * b11
-        own[k + 4 * n] += iy * b21
-        own[k + 5 * n] += iz * b12
-        own[k + 6 * n] += iz * b22
-    products(3, data, gram, n, own, moment, made)
+    products(3, data, size[TURN_GRAM], n, own, moment, made)
     m0 = m1 = m2 = 0.0
     for k in range(y, y + 3):
         m0 += own[made + k]
         m1 += own[made + n + k]
         m2 += own[made + 2 * n + k]
-    sx, sy, sz = spun, spun + n, spun + 2 * n
-    fyy, fyz, fzy, fzz = moment + 3 * n, moment + 4 * n, moment + 5 * n, moment + 6 * n
-    m0 -= dot(n, own, sx, own, fyy) + dot(n, own, sx, own, fzz)
-    m1 += dot(n, own, sz, own, fyz) - dot(n, own, sx, own, moment + 2 * n) - dot(n, own, sy, own, fzz)
-    m2 += dot(n, own, sx, own, moment + n) - dot(n, own, sz, own, fyy) + dot(n, own, sy, own, fzy)
+    # of the directors' own turning: products of phi with itself, its rate and its acceleration
+    sx, sy, sz, vx, vy, vz, k = t, t + n, t + 2 * n, pv, pv + n, pv + 2 * n, t + 3 * n
+    px, pz, pxx, pxy = own[k], own[k + 2], own[k + 3], own[k + 4]
+    py, pxz, pyy, pzz = own[k + 1], own[k + 5], own[k + 6], own[k + 7]
+    vxx, vxy, vxz = dot(n, own, sx, own, vx), dot(n, own, sx, own, vy), dot(n, own, sx, own, vz)
+    vyx, vyy = dot(n, own, sy, own, vx), dot(n, own, sy, own, vy)
+    vzx, vzz = dot(n, own, sz, own, vx), dot(n, own, sz, own, vz)
+    axy, axz = dot(n, own, sx, own, pa + n), dot(n, own, sx, own, pa + 2 * n)
+    ayx, azx = dot(n, own, sy, own, pa), dot(n, own, sz, own, pa)
+    m0 -= iy * (b12 * pxx - b10 * pxz - x0 * vxx - x2 * vxz + b11 * px)
+    m0 -= iz * (b20 * pxy - b21 * pxx - x0 * vxx - x1 * vxy + b22 * px)
+    m1 += iy * (b22 * pxz - b20 * pzz + alpha * vzx + x1 * vzz + azx + b21 * pz)
+    m1 -= iy * (b00 * pxz - b02 * pxx - x1 * vxx + alpha * vxz + axz - b01 * px)
+    m1 -= iz * (b20 * pyy - b21 * pxy - x0 * vyx - x1 * vyy + b22 * py)
+    m2 += iz * (b00 * pxy - b01 * pxx + x2 * vxx + alpha * vxy + axy + b02 * px)
+    m2 -= iy * (b12 * pxz - b10 * pzz - x0 * vzx - x2 * vzz + b11 * pz)
+    m2 += iz * (b10 * pyy - b11 * pxy - alpha * vyx + x2 * vyy - ayx + b12 * py)
     wrench[3] += m0
     wrench[4] += m1
     wrench[5] += m2
@@ -334,7 +342,7 @@ def section_forces(size, data, own, e, f, v, a, first, alpha, coriolis, spin, fo
 def spin_forces(size, data, own, e, f, v, a, first, alpha, coriolis, force, wrench):
     """Add the inertia of the sections' spin about the beam alone; all nodal rows are flat."""
     n, pv, pa = size[ROTATION], size[TURN] + 3 * size[ROTATION], size[TURN] + 6 * size[ROTATION]
-    made = size[TURN] + 16 * n
+    made = size[TURN] + 12 * n
     rotation(e, size, v, first, own, pv)
     rotation(e, size, a, first, own, pa)
     y = size[Y_MODES]
@@ -452,15 +460,10 @@ def turning(size, data, k):
 def section_coupling(size, data, own, e, coupling, inertia):
     """The sections' part of inertia_coupling."""
     iy, iz, n, length = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], e[LENGTH]
-    phi, width, spun, y_modes = size[TURN], size[WIDTH], size[TURNED], size[Y_MODES]
-    px = py = pz = 0.0
-    for k in range(spun + y_modes, spun + y_modes + 3):
-        px += own[k]
-        py += own[k + n]
-        pz += own[k + 2 * n]
-    sx, sy, sz = spun, spun + n, spun + 2 * n
-    xx, xy, xz = dot(n, own, phi, own, sx), dot(n, own, phi, own, sy), dot(n, own, phi, own, sz)
-    yy, zz = dot(n, own, phi + n, own, sy), dot(n, own, phi + 2 * n, own, sz)
+    width, spun, y_modes = size[WIDTH], size[TURNED], size[Y_MODES]
+    sx, sy, sz, k = spun, spun + n, spun + 2 * n, spun + 3 * n
+    px, py, pz, xx, xy, xz = own[k], own[k + 1], own[k + 2], own[k + 3], own[k + 4], own[k + 5]
+    yy, zz = own[k + 6], own[k + 7]
     # products of the directors' components: y = (-phi_z, 1, phi_x), z = (phi_y, -phi_x, 1)
     dxx, dyy, dzz = iy * zz + iz * yy, iy * length + iz * xx, iy * xx + iz * length
     inertia[3, 3] += dyy + dzz

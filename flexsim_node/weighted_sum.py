@@ -153,8 +153,8 @@ twelve_twice = weighted_sums(12, 12, 2, False)
 four_thrice = weighted_sums(4, 4, 3, False)
 eight_thrice = weighted_sums(8, 8, 3, False)
 twelve_thrice = weighted_sums(12, 12, 3, False)
-four_seven_times = weighted_sums(4, 4, 7, False)
-eight_seven_times = weighted_sums(8, 8, 7, False)
+add_lanes_thrice = weighted_sums(24, 24, 3, True)
+add_twelve_thrice = weighted_sums(12, 12, 3, True)
 # rows of a front over three nodes in space, those of a node or of two alike ones at once
 add_whole_rows = weighted_sums(24, 18, 6, True)
 add_later_rows = weighted_sums(12, 12, 6, True)
@@ -225,14 +225,3 @@ def mix(parts, n, x, at, rows, first, width, out, place):
             four_thrice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
         else:
             four_twice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
-
-
-@kernel
-def mix_seven(n, x, at, rows, first, width, out, place):
-    """The same for seven parts."""
-    k = 0
-    while width - k >= 8:
-        eight_seven_times(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
-        k += 8
-    if width - k >= 4:
-        four_seven_times(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
