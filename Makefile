@@ -141,7 +141,7 @@ KERNELS := simulate config/anthropomorphic.yaml --duration 0.01 --set initial.sh
     | simulate config/planar_double_pendulum.yaml --duration 0.01 --set initial.shape=static \
     | door simulate config/thesis_door_column.yaml --duration 1
 
-$(KERNELS_STAMP): $(PROJECT_STAMP) $(wildcard flexsim_node/*.py flexsim_node/integrators/*.py thermal_node/*.py thermal_node/*/*.py)
+$(KERNELS_STAMP): $(PROJECT_STAMP) $(wildcard flexsim_node/*.py flexsim_node/*/*.py thermal_node/*.py thermal_node/*/*.py)
 	echo "set-up 5/5: compiled kernels (a minute)"
 	echo "$(KERNELS)" | tr '|' '\n' | xargs -P 2 -I{} sh -c '$(VENV)/bin/flexsim {} --json > /dev/null'
 	touch $@

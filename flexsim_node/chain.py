@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .by_reference import by_reference
-from .reduced_chain import buffer_length
+from .reduced.layout import buffer_length
 
 # columns of Chain.link
 KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES, MOTOR = range(10)
@@ -70,7 +70,7 @@ class Chain(NamedTuple):
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
-    reduced: np.ndarray  # (L, 38 + 2P) int64: links that are one element with modes, see reduced_chain.py
+    reduced: np.ndarray  # (L, 38 + 2P) int64: links that are one element with modes, see reduced/layout.py
     modal: np.ndarray  # their constants
 
 
@@ -117,7 +117,7 @@ class Workspace(NamedTuple):
     section_answer: np.ndarray  # (N, B)
     pair: np.ndarray  # (4, 2, B): rows of one element's two nodes
     carrier: np.ndarray  # (2, B, B)
-    modal: np.ndarray  # buffers of the reduced links, see reduced_chain.py
+    modal: np.ndarray  # buffers of the reduced links, see reduced/layout.py
 
 
 class Robot(NamedTuple):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from .chain import COUNT, FIRST
 from .flat import flat
 from .kernel import kernel
-from .reduced_chain import MODES
+from .reduced.layout import MODES
 
 
 @kernel

@@ -11,10 +11,8 @@ import numpy as np
 from . import (
     co_moving,
     planar_beam,
-    planar_reduced_beam,
     rigid_body,
     spatial_beam,
-    spatial_reduced_beam,
 )
 from .chain import (
     ACCELERATION,
@@ -46,7 +44,9 @@ from .co_moving import loads
 from .external import external_forces
 from .kernel import kernel
 from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
-from .reduced_chain import MODES
+from .reduced import plane as planar_reduced_beam
+from .reduced import space as spatial_reduced_beam
+from .reduced.layout import MODES
 
 
 @kernel

@@ -6,10 +6,8 @@ import numpy as np
 
 from . import (
     planar_beam,
-    planar_reduced_beam,
     rigid_body,
     spatial_beam,
-    spatial_reduced_beam,
 )
 from .beam import LENGTH, MASS, STIFFENING, stiffening_energy
 from .chain import (
@@ -36,7 +34,9 @@ from .chain import (
 from .co_moving import view
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
-from .reduced_chain import (
+from .reduced import plane as planar_reduced_beam
+from .reduced import space as spatial_reduced_beam
+from .reduced.layout import (
     COUPLING,
     MODAL_MASS,
     MODAL_STIFFNESS,
@@ -44,7 +44,7 @@ from .reduced_chain import (
     PIVOTS,
     WIDTH,
 )
-from .reduced_link import slope_energy
+from .reduced.link import slope_energy
 from .spatial_kinematics import to_child
 
 

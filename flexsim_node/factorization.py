@@ -12,11 +12,8 @@ from __future__ import annotations
 
 from . import (
     planar_beam,
-    planar_reduced_beam,
-    reduced_link,
     rigid_body,
     spatial_beam,
-    spatial_reduced_beam,
 )
 from .beam import STIFFENING
 from .chain import (
@@ -45,7 +42,10 @@ from .flat import flat
 from .interface import hand_load, hand_over, hand_over_planar, take_answer
 from .kernel import kernel
 from .kinematics import spatial_row
-from .reduced_chain import MODES, TENSION, TENSIONS
+from .reduced import link as reduced_link
+from .reduced import plane as planar_reduced_beam
+from .reduced import space as spatial_reduced_beam
+from .reduced.layout import MODES, TENSION, TENSIONS
 from .weighted_sum import add_later_rows, twelve_once
 
 

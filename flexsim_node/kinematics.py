@@ -9,10 +9,12 @@ argument is a constant to the compiler, which then leaves the other out.
 
 from __future__ import annotations
 
-from . import co_moving, planar_kinematics, planar_reduced_beam, spatial_kinematics, spatial_reduced_beam
+from . import co_moving, planar_kinematics, spatial_kinematics
 from .chain import DISPLACEMENT, FIRST, FIRST_ELEMENT
 from .kernel import kernel
-from .reduced_chain import MODES
+from .reduced import plane as planar_reduced_beam
+from .reduced import space as spatial_reduced_beam
+from .reduced.layout import MODES
 
 
 @kernel

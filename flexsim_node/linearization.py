@@ -14,7 +14,7 @@ from .assembly import Assembly
 from .chain import COUNT, FIRST
 from .linear_outputs import linear_outputs
 from .model import Model, build_model
-from .reduced_chain import MODES, ROWS
+from .reduced.layout import MODES, ROWS
 from .schema import Scene
 from .simulation import joint_index
 from .statics import check_position, rest_shape, unknowns_at

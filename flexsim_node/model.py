@@ -31,7 +31,7 @@ from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
 from .effects import Decision, resolve_effects
 from .erls import beam_axes, erls_condition, rotation_x, zeroed_directions
 from .loops import closing_equations, flat
-from .reduction import ReducedLink, reduce_link, reduced_links
+from .reduced.reduction import ReducedLink, reduce_link, reduced_links
 from .rigid_body import body_vectors, pseudo_inertia
 from .scene import Scene, SceneError
 from .schema import Erls, Link, Payload

@@ -8,8 +8,8 @@ from .chain import DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
 from .co_moving import view
 from .kernel import kernel
 from .kinematics import place, spatial_row
-from .reduced_chain import MODES
-from .reduced_link import recover
+from .reduced.layout import MODES
+from .reduced.link import recover
 
 
 @kernel

@@ -6,7 +6,6 @@ by the displacements of the two nodes beside it.
 
 from __future__ import annotations
 
-from . import planar_reduced_beam, spatial_reduced_beam
 from .attitude import quaternion, turn_matrix, turn_rate
 from .beam import AXIAL, BEND_Y, BEND_Z, COLUMNS, LENGTH, SHEAR_Y, SHEAR_Z, START, squared_slope
 from .chain import (
@@ -25,8 +24,10 @@ from .dynamics import residual
 from .flat import flat
 from .kernel import kernel
 from .kinematics import accelerate, place, spatial_row
-from .reduced_chain import CENTRELINE, LINE, MODES, PIECES, TENSIONS
-from .reduced_link import elongation, recover
+from .reduced import plane as planar_reduced_beam
+from .reduced import space as spatial_reduced_beam
+from .reduced.layout import CENTRELINE, LINE, MODES, PIECES, TENSIONS
+from .reduced.link import elongation, recover
 from .station import interpolate, point_acceleration, section_forces, take_part
 
 STRAIN_GAUGE, IMU, POSE, SECTION_FORCE = range(4)

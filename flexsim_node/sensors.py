@@ -17,7 +17,7 @@ from .acceleration import acceleration
 from .chain import ALPHA, COUNT, FIRST, FIRST_ELEMENT, SPIN, Workspace
 from .model import Model
 from .observation import Observation
-from .reduced_chain import MODES
+from .reduced.layout import MODES
 from .scene import SceneError
 from .schema import Sensor
 from .sensing import IMU, KIND, POSE, SECTION_FORCE, STRAIN_GAUGE, STRAINED, sense

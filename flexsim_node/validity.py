@@ -8,9 +8,7 @@ import numpy as np
 
 from . import (
     planar_beam,
-    planar_reduced_beam,
     spatial_beam,
-    spatial_reduced_beam,
 )
 from .chain import BUCKLING, COUNT, DISPLACEMENT, FIRST, FIRST_ELEMENT, KIND, PRISMATIC, TIP, workspace
 from .co_moving import plane, space
@@ -18,7 +16,9 @@ from .dynamics import residual
 from .erls import erls_condition
 from .kinematics import place
 from .model import Model
-from .reduced_chain import MODES
+from .reduced import plane as planar_reduced_beam
+from .reduced import space as spatial_reduced_beam
+from .reduced.layout import MODES
 
 LOOK_PERIOD = 0.1  # s between looks at what the steps themselves do not watch
 # the watch's rows, then what is looked at now and then

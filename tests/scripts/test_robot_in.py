@@ -78,7 +78,7 @@ def test_another_robot_s_energy(tmp_path: Path) -> None:
     found = examine(Bag(tmp_path / "run"))
     assert (found.energy_checked, found.gained) == (4, [])
     assert found.said.missed == 7
-    assert [energy for _, _, energy in found.said.energy] == [3.0] * 5
+    assert [energy for _, _, energy, _ in found.said.energy] == [3.0] * 5
 
 
 def test_nothing_is_taken_from_a_door(tmp_path: Path) -> None:

@@ -1,13 +1,13 @@
 """Forces and inertia coupling of a reduced link in space: spatial_beam.py with the modes' functions added.
 
 Rows first, first + 1 of the nodal arrays are the link's start and end; its modes follow, packed.  size, data,
-own as in reduced_link.py; e is the row of the link as one element.
+own as in link.py; e is the row of the link as one element.
 """
 
 from __future__ import annotations
 
-from . import spatial_beam
-from .beam import (
+from .. import spatial_beam
+from ..beam import (
     INERTIA_Y,
     INERTIA_Z,
     LENGTH,
@@ -18,9 +18,10 @@ from .beam import (
     hermite_transpose,
     middle_rotation,
 )
-from .flat import flat
-from .kernel import kernel
-from .reduced_chain import (
+from ..flat import flat
+from ..kernel import kernel
+from ..weighted_sum import dot, mix
+from .layout import (
     AXIALS,
     CENTRELINE,
     FUNCTION,
@@ -40,8 +41,7 @@ from .reduced_chain import (
     Y_MODES,
     Z_MODES,
 )
-from .reduced_link import products, slope_energy, slopes, stiffen
-from .weighted_sum import dot, mix
+from .link import products, slope_energy, slopes, stiffen
 
 
 @kernel

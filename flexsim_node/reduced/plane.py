@@ -1,16 +1,17 @@
 """Forces and inertia coupling of a reduced link in the plane: planar_beam.py with the modes' functions added.
 
 Rows first, first + 1 of the nodal arrays are the link's start and end; its modes follow, packed.  size, data,
-own as in reduced_link.py; e is the row of the link as one element.
+own as in link.py; e is the row of the link as one element.
 """
 
 from __future__ import annotations
 
-from . import planar_beam
-from .beam import INERTIA_Y, LENGTH, SHEAR_Z, hermite, hermite_transpose, middle_rotation
-from .flat import flat
-from .kernel import kernel
-from .reduced_chain import (
+from .. import planar_beam
+from ..beam import INERTIA_Y, LENGTH, SHEAR_Z, hermite, hermite_transpose, middle_rotation
+from ..flat import flat
+from ..kernel import kernel
+from ..weighted_sum import dot, mix
+from .layout import (
     AXIALS,
     CENTRELINE,
     FUNCTION,
@@ -29,8 +30,7 @@ from .reduced_chain import (
     WIDTH,
     Y_MODES,
 )
-from .reduced_link import products, slope_energy, slopes, stiffen
-from .weighted_sum import dot, mix
+from .link import products, slope_energy, slopes, stiffen
 
 
 @kernel

@@ -9,11 +9,27 @@ What the modes leave of the link's two ends then depends on the step alone, not 
 
 from __future__ import annotations
 
-from .beam import LENGTH, SHEAR_Y, SHEAR_Z, hermite_transpose
-from .chain import FIRST
-from .flat import flat
-from .kernel import kernel
-from .reduced_chain import (
+from ..beam import LENGTH, SHEAR_Y, SHEAR_Z, hermite_transpose
+from ..chain import FIRST
+from ..flat import flat
+from ..kernel import kernel
+from ..weighted_sum import (
+    add_combined,
+    add_lanes_thrice,
+    add_last_planar_rows,
+    add_last_rows,
+    add_later_planar_rows,
+    add_later_rows,
+    add_planar_row_pair,
+    add_row_pair,
+    add_twelve_thrice,
+    add_whole_planar_rows,
+    add_whole_rows,
+    combine,
+    dot,
+    mix,
+)
+from .layout import (
     ACTIVE,
     AXIALS,
     CENTRELINE,
@@ -43,22 +59,6 @@ from .reduced_chain import (
     WIDTH,
     Y_MODES,
     Z_MODES,
-)
-from .weighted_sum import (
-    add_combined,
-    add_lanes_thrice,
-    add_last_planar_rows,
-    add_last_rows,
-    add_later_planar_rows,
-    add_later_rows,
-    add_planar_row_pair,
-    add_row_pair,
-    add_twelve_thrice,
-    add_whole_planar_rows,
-    add_whole_rows,
-    combine,
-    dot,
-    mix,
 )
 
 

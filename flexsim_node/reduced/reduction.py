@@ -14,8 +14,8 @@ the finite elements of the link give, projected.
 
 With the `centrifugal` effect the axial strain that goes with the squared slope w'^2 / 2 is projected on the
 strains that the axial dofs can take up, uniform and those of the axial modes: it can't lock, follows from an
-energy, and is the full model's where all modes are kept.  The first AXIAL_MODES axial modes are kept besides,
-so that a spinning link's tension may fall off towards its end.
+energy, and is the full model's where all modes are kept.  A third of the modes, at most AXIAL_MODES,
+are the first axial ones, so that a spinning link's tension may fall off towards its end.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from .beam import (
+from ..beam import (
     AXIAL,
     HERMITE_MASS,
     LENGTH,
@@ -37,7 +37,7 @@ from .beam import (
     middle_rotation,
     squared_slope,
 )
-from .reduced_chain import COLUMNS, MODES, ROTATION, fours, places
+from .layout import COLUMNS, MODES, ROTATION, fours, places
 
 AXIAL_MODES = 2
 # nodal dofs of the kinds of modes, in their order
@@ -90,10 +90,11 @@ def fixed_interface_modes(
 
 
 def choose_modes(modes: list, kinds: tuple[int, ...], count: int, axial: int) -> list:
-    """The `count` lowest modes of these kinds and the first `axial` axial ones, kind by kind."""
+    """`count` modes of these kinds, kind by kind: the first `axial` axial ones, and the lowest of the others."""
     rank = sorted((m for m in modes if m[1] in kinds), key=lambda m: m[0])
-    kept = rank[:count]
-    kept += [m for m in rank if m[1] == 0][:axial]
+    first = [m for m in rank if m[1] == 0][:axial]
+    others = [m for m in rank if not any(m is k for k in first)]
+    kept = first + others[: count - len(first)]
     return [m for m in modes if any(m is k for k in kept)]
 
 
@@ -203,7 +204,7 @@ def reduce_link(
     nodes = len(rows) + 1
     mass, stiffness = assemble(masses), assemble(stiffnesses)
     modes = [m for m in fixed_interface_modes(mass, stiffness, nodes) if free[KINDS[m[1]][0]]]
-    axial = AXIAL_MODES if stiffening else 0
+    axial = min(AXIAL_MODES, count // 3) if stiffening else 0
     if flat:
         shapes = choose_modes(modes, (0, 1), count, axial)
         if not planar:
@@ -214,7 +215,7 @@ def reduce_link(
     first, last = counts[0], sum(counts[:3])
     y, z = counts[1:3]
     lines, turns = centreline_functions(rows, shapes[:last]), rotation_functions(rows, shapes[first:])
-    # ordered as reduced_chain.py has them
+    # ordered as layout.py has them
     own_y, own_z = 4 + first + y, 3 + y
     lines = np.concatenate([lines[4 + first : own_y], lines[:4], lines[own_y:], lines[4 : 4 + first]])
     turns = np.concatenate([turns[3:own_z], turns[:3], turns[own_z:]])
