@@ -96,9 +96,9 @@ LEARNED = """## What was learned, and the defaults that follow
   size of the error of 0.25 ms steps. Thin strips at speed ask for more: the four-bar's rocker is 4 mm off
   with one element, 0.4 mm with two, and the step decides from four on, which its scene has. With two and
   1 ms it is 0.2 mm off only because the errors of mesh and step happen to oppose each other.
-- **Reduction pays where a mesh is finer than the motion needs**: eight elements and two modes a link take
-  half the time of the whole eight at the same error in space, and save nothing in the plane. Two whole
-  elements are cheaper still: no default.
+- **Reduction pays where a mesh is finer than the motion needs**: eight elements and six modes a link take
+  a third of the time of the whole eight in space and three fifths in the plane ([measured](robot.md) later
+  than the tables above). Two whole elements are cheaper still: no default.
 - **Below the distance of the formulations the step is not what limits.** `erls` and `co_moving` are 0.02 mm
   apart on the driven robot of steel; steps finer than 1 ms follow the equations there more exactly than the
   robot. A step of either costs about the same; `erls` stays the default because

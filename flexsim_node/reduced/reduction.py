@@ -90,7 +90,7 @@ def fixed_interface_modes(
 
 
 def choose_modes(modes: list, kinds: tuple[int, ...], count: int, axial: int) -> list:
-    """`count` modes of these kinds, kind by kind: the first `axial` axial ones, and the lowest of the others."""
+    """`count` modes of these kinds, kind by kind: the first `axial` axial ones and the lowest others."""
     rank = sorted((m for m in modes if m[1] in kinds), key=lambda m: m[0])
     first = [m for m in rank if m[1] == 0][:axial]
     others = [m for m in rank if not any(m is k for k in first)]
