@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .aligned import zeros
 from .by_reference import by_reference
 from .reduced.layout import buffer_length
 
@@ -70,7 +71,7 @@ class Chain(NamedTuple):
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
-    reduced: np.ndarray  # (L, 38 + 2P) int64: links that are one element with modes, see reduced/layout.py
+    reduced: np.ndarray  # (L, 39 + 2P) int64: links that are one element with modes, see reduced/layout.py
     modal: np.ndarray  # their constants
 
 
@@ -140,48 +141,48 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
     joints = int(np.sum(chain.link[:, KIND] != FIXED))
     equations = len(chain.closing)
     own = nodes if chain.co_moving else 0
-    moving = np.zeros((own, 44))
+    moving = zeros((own, 44))
     moving[:, [HALF, HALF + 4, HALF + 8]] = 1.0
     buffers = Workspace(
-        frame=np.zeros((links, 33)),
-        kept=np.zeros((links, 33)),
-        node=np.zeros((4, nodes, b)),
-        force=np.zeros((nodes, b)),
-        wrench=np.zeros((links, b)),
-        attitude=np.zeros((links, 9)),
-        external=np.zeros((2, links, 6)),
-        loaded=np.zeros(2, dtype=np.bool_),
-        validity=np.zeros((2, 3)),
-        correction=np.zeros(1),
-        held=np.zeros(links, dtype=np.bool_),
-        iteration=np.zeros_like(chain.mass),
+        frame=zeros((links, 33)),
+        kept=zeros((links, 33)),
+        node=zeros((4, nodes, b)),
+        force=zeros((nodes, b)),
+        wrench=zeros((links, b)),
+        attitude=zeros((links, 9)),
+        external=zeros((2, links, 6)),
+        loaded=zeros(2, dtype=np.bool_),
+        validity=zeros((2, 3)),
+        correction=zeros(1),
+        held=zeros(links, dtype=np.bool_),
+        iteration=zeros(chain.mass.shape),
         scale=np.full(3, -1.0),
-        pivot=np.zeros((nodes * b, 3 * b + 1)),
-        joint_pivot=np.zeros((links, 2, 2 * b + 2)),
-        spring=np.zeros((links, 3)),
-        interface=np.zeros((links, 2 * b, 2 * b)),
-        load=np.zeros((links, 2 * b)),
-        answer=np.zeros((links, 2 * b)),
-        front=np.zeros((3 * b, 3 * b)),
-        vector=np.zeros((8, unknowns)),
-        drive=np.zeros((4, joints)),
-        memory=np.zeros(unknowns),
-        square=np.zeros((2 * b, 2 * b)),
-        coupling=np.zeros((2 * b + 1, b)),
-        inertia=np.zeros((b, b)),
-        scratch=np.zeros((30, 3)),
-        row=np.zeros((6, 36)),
-        closure=np.zeros((equations, 2 * unknowns + equations + 4)),
-        pose=np.zeros((links if equations else 0, 15)),
+        pivot=zeros((nodes * b, 3 * b + 1)),
+        joint_pivot=zeros((links, 2, 2 * b + 2)),
+        spring=zeros((links, 3)),
+        interface=zeros((links, 2 * b, 2 * b)),
+        load=zeros((links, 2 * b)),
+        answer=zeros((links, 2 * b)),
+        front=zeros((3 * b, 3 * b)),
+        vector=zeros((8, unknowns)),
+        drive=zeros((4, joints)),
+        memory=zeros(unknowns),
+        square=zeros((2 * b, 2 * b)),
+        coupling=zeros((2 * b + 1, b)),
+        inertia=zeros((b, b)),
+        scratch=zeros((30, 3)),
+        row=zeros((6, 36)),
+        closure=zeros((equations, 2 * unknowns + equations + 4)),
+        pose=zeros((links if equations else 0, 15)),
         moving=moving,
-        kept_moving=np.zeros((own, 36)),
-        section=np.zeros((own, 9)),
-        section_wrench=np.zeros((own, b)),
-        section_matrix=np.zeros((own, b, b)),
-        section_load=np.zeros((own, b)),
-        section_answer=np.zeros((own, b)),
-        pair=np.zeros((4, 2, b)),
-        carrier=np.zeros((2, b, b)),
-        modal=np.zeros(buffer_length(chain.reduced)),
+        kept_moving=zeros((own, 36)),
+        section=zeros((own, 9)),
+        section_wrench=zeros((own, b)),
+        section_matrix=zeros((own, b, b)),
+        section_load=zeros((own, b)),
+        section_answer=zeros((own, b)),
+        pair=zeros((4, 2, b)),
+        carrier=zeros((2, b, b)),
+        modal=zeros(buffer_length(chain.reduced)),
     )
     return by_reference(buffers._replace(**shared))

@@ -109,10 +109,12 @@ def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia
     if size[MODES] < 0:
         return False
     data, own, first = chain.modal, work.modal, chain.link[n, FIRST]
+    coupling[:] = 0.0
+    start, end = coupling[: len(dofs)], coupling[len(dofs) : 2 * len(dofs)]
     if len(dofs) == 3:
-        planar_reduced_beam.inertia_coupling(size, data, own, e, coupling, inertia)
+        planar_reduced_beam.inertia_coupling(size, data, own, e, start, end, inertia)
     else:
-        spatial_reduced_beam.inertia_coupling(size, data, own, e, coupling, inertia)
+        spatial_reduced_beam.inertia_coupling(size, data, own, e, start, end, inertia)
     modal_energy(chain, work, n, d, rate, w, out)
     out[1] += slope_energy(size, data, own, d, first, len(dofs))[0]
     return True

@@ -74,7 +74,10 @@ def set_modal_scale(reduction, chain, work, scale):
 
 @kernel
 def fold(w, p, coefficient, b, size):
-    """Replace unknown p of the front by a combination of unknowns 0..2b (p left out)."""
+    """Replace unknown p of the front by a combination of unknowns 0..2b (p left out).
+
+    Its own row and column stay as they are: nothing looks at them any more.
+    """
     for j in range(2 * b):
         c = coefficient[j]
         if c == 0.0:
@@ -91,24 +94,17 @@ def fold(w, p, coefficient, b, size):
                 w[j, j] += 2.0 * value
         for k in range(j, 2 * b):
             w[j, k] += c * coefficient[k] * w[p, p]
-    for k in range(size):
-        if p < k:
-            w[p, k] = 0.0
-        elif k < p:
-            w[k, p] = 0.0
-    w[p, p] = 0.0
 
 
 @kernel
-def free(link, work, n):
+def free(link, held, n):
     """Whether a link's joint coordinate is an unknown: held joints are not, unless their motor is held."""
-    return link[n, KIND] != FIXED and (link[n, MOTOR] >= 0 or not work.held[n])
+    return link[n, KIND] != FIXED and (link[n, MOTOR] >= 0 or not held[n])
 
 
 @kernel
-def joint_vectors(chain, work, n, b, phi_column, q_column):
+def joint_vectors(kind, joint, f, n, b, phi_column, q_column):
     """Directions of (start node, A) that belong to the joint's elastic rotation and to its coordinate."""
-    link, joint, f = chain.link, chain.joint, work.kept[n]
     for k in range(2 * b):
         phi_column[k] = 0.0
         q_column[k] = 0.0
@@ -117,7 +113,7 @@ def joint_vectors(chain, work, n, b, phi_column, q_column):
         q_column[0], q_column[1], q_column[2] = f[BY_Q], f[BY_Q + 1], f[BY_Q + 5]
         q_column[5] = joint[n, AXIS + 2]
         return
-    h = 9 if link[n, KIND] == REVOLUTE else 6
+    h = 9 if kind == REVOLUTE else 6
     for k in range(3):
         phi_column[3 + k] = joint[n, AXIS + k]
         q_column[k] = f[BY_Q + k]
@@ -154,8 +150,8 @@ def rank_one(z, row, scale, size, weights):
 
 
 @kernel
-def add_bodies(chain, work, n, i, w, b):
-    """Add the rigid bodies on node i of link n to the front."""
+def add_bodies(chain, work, n, i, w, at, b):
+    """Add the rigid bodies on node i of link n, the one from row `at` on, to the front."""
     link = chain.link
     planar = b == 3
     for m in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
@@ -171,9 +167,9 @@ def add_bodies(chain, work, n, i, w, b):
             p = 5 if planar and j == 2 else j
             for k in range(b):
                 q = 5 if planar and k == 2 else k
-                w[j, 2 * b + k] += coupling[p, q]
+                w[at + j, 2 * b + k] += coupling[p, q]
                 if k >= j:
-                    w[j, k] += chain.body_mass[m, j, k]
+                    w[at + j, at + k] += chain.body_mass[m, j, k]
                     w[2 * b + j, 2 * b + k] += inertia[p, q]
 
 
@@ -211,18 +207,15 @@ def reduced_terms(reduction, dofs, chain, work, n, w):
     if size[MODES] < 0:
         return False
     data, own = chain.modal, work.modal
-    b, coupling, scale = len(dofs), work.coupling, work.scale[0]
+    b, scale = len(dofs), work.scale[0]
     if len(dofs) == 3:
-        planar_reduced_beam.inertia_coupling(size, data, own, e, coupling, w[6:9, 6:9])
+        planar_reduced_beam.inertia_coupling(size, data, own, e, w[3:6, 6:9], w[0:3, 6:9], w[6:9, 6:9])
     else:
-        spatial_reduced_beam.inertia_coupling(size, data, own, e, coupling, w[12:18, 12:18])
+        start, end, inertia = w[6:12, 12:18], w[0:6, 12:18], w[12:18, 12:18]
+        spatial_reduced_beam.inertia_coupling(size, data, own, e, start, end, inertia)
     if scale > 0.0:
         for j in range(size[TENSIONS]):
             reduced_link.tension_row(size, own, e, b, j, scale * data[size[TENSION] + j])
-    for j in range(b):
-        for k in range(b):
-            w[j, 2 * b + k] += coupling[b + j, k]
-            w[b + j, 2 * b + k] += coupling[j, k]
     reduced_link.eliminate_modes(size, own, b, w)
     return True
 
@@ -254,6 +247,18 @@ def hand_matrix(dofs, chain, work, n, z):
         hand_over_planar(chain, work, n, z)
     else:
         hand_over(chain, work, n, z)
+
+
+@kernel
+def next_node(w, b):
+    """Move the node before to the place of the one that is eliminated."""
+    for j in range(b):
+        for k in range(b):
+            w[j, k] = w[b + j, b + k]
+            w[j, b + k] = 0.0
+            w[j, 2 * b + k] = w[b + j, 2 * b + k]
+        for k in range(b, 3 * b):
+            w[b + j, k] = 0.0
 
 
 @kernel
@@ -334,6 +339,8 @@ def factorize_erls(chain, work):
             for k in range(b):
                 w[i, 2 * b + k] = inside[i, b + k]
         for i in range(first + count, first, -1):
+            if i < first + count:
+                next_node(w, b)
             m = link[n, FIRST_ELEMENT] + i - first - 1
             e = chain.element[m]
             if not reduced_terms(chain.reduction, chain.dofs, chain, work, n, w):
@@ -343,30 +350,24 @@ def factorize_erls(chain, work):
                 for k in range(j, 2 * b):
                     w[j, k] += full[j, k]
             if link[n, BODIES] > 0:
-                add_bodies(chain, work, n, i, w, b)
+                add_bodies(chain, work, n, i, w, 0, b)
             for p in range(b):
                 if index[i, p] < 0:
                     fold(w, p, dependency[i, p], b, size)
             if not eliminate_node(index, work, i, b):
                 return n + 1
-            # the node before moves to the front
-            for j in range(b):
-                for k in range(b):
-                    w[j, k] = w[b + j, b + k]
-                    w[j, b + k] = 0.0
-                    w[j, 2 * b + k] = w[b + j, 2 * b + k]
-                for k in range(size):
-                    w[b + j, k] = 0.0
+        # a link without elements starts at its end
+        start = b if count > 0 else 0
         if link[n, BODIES] > 0:
-            add_bodies(chain, work, n, first, w, b)
+            add_bodies(chain, work, n, first, w, start, b)
         # (start node, A): pull the two blocks together, both triangles
         z = inside
         for i in range(b):
             for k in range(i, b):
-                z[i, k] = z[k, i] = w[i, k]
+                z[i, k] = z[k, i] = w[start + i, start + k]
                 z[b + i, b + k] = z[b + k, b + i] = w[2 * b + i, 2 * b + k]
             for k in range(b):
-                z[i, b + k] = z[b + k, i] = w[i, 2 * b + k]
+                z[i, b + k] = z[b + k, i] = w[start + i, 2 * b + k]
         if not eliminate_joint(chain, work, n, z, b, phi_column, q_column):
             return n + 1
         if link[n, PARENT] >= 0:
@@ -378,7 +379,7 @@ def factorize_erls(chain, work):
 def eliminate_joint(chain, work, n, z, b, phi_column, q_column):
     """Eliminate the joint's elastic rotation and coordinate from z; False where a pivot is not positive."""
     link, joint = chain.link, chain.joint
-    moves = free(link, work, n)
+    moves = free(link, work.held, n)
     has_phi = link[n, PHI] >= 0
     if not (moves or has_phi):
         return True
@@ -389,7 +390,7 @@ def eliminate_joint(chain, work, n, z, b, phi_column, q_column):
         inverse = 0.0 if work.held[n] else 1.0 / (rotor + spring)
         work.spring[n, 0], work.spring[n, 1] = spring, inverse
         rotor = spring - spring * spring * inverse
-    joint_vectors(chain, work, n, b, phi_column, q_column)
+    joint_vectors(link[n, KIND], chain.joint, work.kept[n], n, b, phi_column, q_column)
     row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
     across = 0.0
     size = 2 * b
@@ -475,13 +476,13 @@ def solve_erls(chain, work, rhs, out):
             for k in range(b):
                 f[k] = f[b + k]
                 f[b + k] = 0.0
-        moves = free(link, work, n)
+        moves = free(link, work.held, n)
         g = load[n]
         for k in range(b):
             g[k] = f[k]
             g[b + k] = f[2 * b + k]
         if moves or link[n, PHI] >= 0:
-            joint_vectors(chain, work, n, b, phi_column, q_column)
+            joint_vectors(link[n, KIND], chain.joint, work.kept[n], n, b, phi_column, q_column)
             row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
             y = pull = 0.0
             if link[n, MOTOR] >= 0:
@@ -514,9 +515,9 @@ def solve_erls(chain, work, rhs, out):
             z[k] = 0.0
         if parent >= 0:
             take_answer(chain, work, n, out, z, r, s, planar)
-        moves = free(link, work, n)
+        moves = free(link, work.held, n)
         if moves or link[n, PHI] >= 0:
-            joint_vectors(chain, work, n, b, phi_column, q_column)
+            joint_vectors(link[n, KIND], chain.joint, work.kept[n], n, b, phi_column, q_column)
             row_phi, row_q = work.joint_pivot[n, 0], work.joint_pivot[n, 1]
             y = turn = 0.0
             if moves:

@@ -6,33 +6,10 @@ Frames are those that `factorize` kept.
 from __future__ import annotations
 
 from .chain import KIND, LEVER, PARENT, PRISMATIC, ROTATION, TIP
+from .flat import flat
 from .kernel import kernel
 from .spatial_kinematics import to_child, to_parent
-
-
-@kernel
-def turned_block(f, z, i, k):
-    """E B E^T for the 3 x 3 block B of z at (i, k) and the rotation E to the parent, as nine numbers."""
-    e0, e1, e2 = f[ROTATION], f[ROTATION + 1], f[ROTATION + 2]
-    e3, e4, e5 = f[ROTATION + 3], f[ROTATION + 4], f[ROTATION + 5]
-    e6, e7, e8 = f[ROTATION + 6], f[ROTATION + 7], f[ROTATION + 8]
-    x, y, u = z[i, k], z[i + 1, k], z[i + 2, k]
-    a0, b0, c0 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
-    x, y, u = z[i, k + 1], z[i + 1, k + 1], z[i + 2, k + 1]
-    a1, b1, c1 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
-    x, y, u = z[i, k + 2], z[i + 1, k + 2], z[i + 2, k + 2]
-    a2, b2, c2 = e0 * x + e1 * y + e2 * u, e3 * x + e4 * y + e5 * u, e6 * x + e7 * y + e8 * u
-    return (
-        a0 * e0 + a1 * e1 + a2 * e2,
-        a0 * e3 + a1 * e4 + a2 * e5,
-        a0 * e6 + a1 * e7 + a2 * e8,
-        b0 * e0 + b1 * e1 + b2 * e2,
-        b0 * e3 + b1 * e4 + b2 * e5,
-        b0 * e6 + b1 * e7 + b2 * e8,
-        c0 * e0 + c1 * e1 + c2 * e2,
-        c0 * e3 + c1 * e4 + c2 * e5,
-        c0 * e6 + c1 * e7 + c2 * e8,
-    )
+from .weighted_sum import add_twelve_thrice, twelve_thrice
 
 
 @kernel
@@ -52,27 +29,39 @@ def lever(z, p, r, l0, l1, l2):
 
 
 @kernel
+def turned_lever(f, l0, l1, l2, x, at):
+    """Write l x E for the rotation E to the parent into x[at:] (3, 3)."""
+    for k in range(3):
+        e0, e1, e2 = f[ROTATION + k], f[ROTATION + 3 + k], f[ROTATION + 6 + k]
+        x[at + k], x[at + 3 + k], x[at + 6 + k] = l1 * e2 - l2 * e1, l2 * e0 - l0 * e2, l0 * e1 - l1 * e0
+
+
+@kernel
 def hand_over(chain, work, n, z):
-    """Add the symmetric z over (start node, A) of link n, both triangles, to its parent's interface."""
-    link, f, s = chain.link, work.kept[n], work.square
-    out = work.interface[link[n, PARENT]]
+    """Add the symmetric z over (start node, A) of link n, both triangles, to its parent's interface.
+
+    It is C z C^T with C of the rotation E to the parent and the levers l: forces F, moments E M + l x E F.
+    """
+    link, f, x, made, given = chain.link, work.kept[n], work.row[0], flat(work.square), flat(z)
+    out = flat(work.interface[link[n, PARENT]])
     l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
-    for i in range(0, 12, 3):
-        for k in range(i, 12, 3):
-            v = turned_block(f, z, i, k)
-            s[i, k], s[i, k + 1], s[i, k + 2] = v[0], v[1], v[2]
-            s[i + 1, k], s[i + 1, k + 1], s[i + 1, k + 2] = v[3], v[4], v[5]
-            s[i + 2, k], s[i + 2, k + 1], s[i + 2, k + 2] = v[6], v[7], v[8]
-            if i != k:
-                s[k, i], s[k, i + 1], s[k, i + 2] = v[0], v[3], v[6]
-                s[k + 1, i], s[k + 1, i + 1], s[k + 1, i + 2] = v[1], v[4], v[7]
-                s[k + 2, i], s[k + 2, i + 1], s[k + 2, i + 2] = v[2], v[5], v[8]
-    lever(s, 6, 9, l0, l1, l2)
-    if link[n, KIND] == PRISMATIC:
-        lever(s, 0, 3, l0 - chain.joint[link[n, PARENT], TIP], l1, l2)
+    turned_lever(f, l0, l1, l2, x, 0)
+    slides = link[n, KIND] == PRISMATIC
+    if slides:
+        turned_lever(f, l0 - chain.joint[link[n, PARENT], TIP], l1, l2, x, 9)
+    for p in range(0, 144, 36):
+        twelve_thrice(3, f, ROTATION, 1, 3, given, p, 12, made, p, 12)
+    add_twelve_thrice(3, x, 0, 1, 3, given, 72, 12, made, 108, 12)
+    if slides:
+        add_twelve_thrice(3, x, 9, 1, 3, given, 0, 12, made, 36, 12)
     for i in range(12):
         for k in range(12):
-            out[i, k] += s[i, k]
+            z[k, i] = work.square[i, k]
+    for p in range(0, 144, 36):
+        add_twelve_thrice(3, f, ROTATION, 1, 3, given, p, 12, out, p, 12)
+    add_twelve_thrice(3, x, 0, 1, 3, given, 72, 12, out, 108, 12)
+    if slides:
+        add_twelve_thrice(3, x, 9, 1, 3, given, 0, 12, out, 36, 12)
 
 
 @kernel

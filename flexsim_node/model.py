@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
 from . import spatial_beam
+from .aligned import aligned
 from .beam import (
     AXIAL,
     BEND_Y,
@@ -458,9 +460,11 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         reduced=reduced,
         modal=modal,
     )
-    for array in chain[4:]:
+    arrays = {name: value for name, value in chain._asdict().items() if isinstance(value, np.ndarray)}
+    constants: dict[str, Any] = {name: aligned(array) for name, array in arrays.items()}
+    for array in constants.values():
         array.setflags(write=False)
-    chain = by_reference(chain)
+    chain = by_reference(chain._replace(**constants))
     model = Model(
         scene=scene,
         chain=chain,
@@ -505,8 +509,9 @@ def reduction_of(
     masses, stiffnesses = zip(*(element_matrices(row) for row in rows), strict=True)
     whole = element_row(scene, link, 0, length, True)
     stiffening = bool(whole[STIFFENING] > 0.0)
+    matrices = np.array(masses), np.array(stiffnesses)
     return reduce_link(
-        whole, rows, np.array(masses), np.array(stiffnesses), modes, free, planar, flat, stiffening
+        whole, element_matrices(whole)[1], rows, *matrices, modes, free, planar, flat, stiffening
     )
 
 

@@ -162,6 +162,7 @@ add_last_rows = weighted_sums(8, 6, 6, True)
 add_row_pair = weighted_sums(8, 6, 2, True)
 # likewise in the plane
 add_whole_planar_rows = weighted_sums(12, 9, 3, True)
+add_six = weighted_sums(8, 6, 1, True)
 add_later_planar_rows = weighted_sums(8, 6, 3, True)
 add_last_planar_rows = weighted_sums(4, 3, 3, True)
 add_planar_row_pair = weighted_sums(4, 3, 2, True)

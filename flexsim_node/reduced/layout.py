@@ -12,17 +12,18 @@ from __future__ import annotations
 
 import numpy as np
 
-# Columns of Chain.reduced (L, 38 + 2P) int64: nodal rows after the link's end that hold its modes; modes
+# Columns of Chain.reduced (L, 39 + 2P) int64: nodal rows after the link's end that hold its modes; modes
 # (-1: the link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
 # centreline and of the rotation, F and G, with zeros up to a multiple of four; those of a deflection in y and
 # in z, likewise, Y and Z.
 ROWS, MODES, AXIALS, Y_MODES, Z_MODES, TENSIONS, CENTRELINE, ROTATION, LATERAL_Y, LATERAL_Z = range(10)
 # Where in Chain.modal are: the functions' products (F, F) and (G, G), those of the slopes of the functions in
 # y and in z for one tension beside the other (4 + y modes, T Y) and (4 + z modes, T Z), the tensions'
-# stiffness (T,), modal mass and stiffness (P,), coupling of the modes with end and start node (P, 2b), the
-# shapes of the nodes, the elements' rows.
+# stiffness (T,), modal mass and stiffness (P,), the stiffness of start and end with zeros up to a multiple of
+# four (2b, .), coupling of the modes with end and start node (P, 2b), the shapes of the nodes, the elements'
+# rows.  Every stretch of both tapes begins with a cache line.
 MASS_GRAM, TURN_GRAM, SLOPE_Y, SLOPE_Z = 10, 11, 12, 13
-TENSION, MODAL_MASS, MODAL_STIFFNESS, COUPLING, SHAPE, PIECES = range(14, 20)
+TENSION, MODAL_MASS, MODAL_STIFFNESS, ENDS, COUPLING, SHAPE, PIECES = range(14, 21)
 # Where in Workspace.modal are, with c components of a vector: rows of the factorisation (P + T, width), their
 # inverse pivots (P + T), the tensions' rows times minus those (T, width); for modes the same over (end,
 # start, A, tensions), column by column (3b + T, height); weights (P + T), a front (width), loads of the
@@ -32,14 +33,19 @@ TENSION, MODAL_MASS, MODAL_STIFFNESS, COUPLING, SHAPE, PIECES = range(14, 20)
 # displacement's products (1 or 3, G), in space with its integrals and those of its squares (8); half the
 # gradients of the squared slope that the tensions see, in y and in z (T, Y) and (T, Z), and the lateral
 # coefficients that they go with (Y + Z).
-PIVOTS, INVERSE, SCALED, COLUMN, WEIGHT, FRONT, LOADS, ACTIVE = range(20, 28)
-LINE, MIX, TURN, TURN_MIX, TURNED, GRADIENT, LATERAL = range(28, 35)
+PIVOTS, INVERSE, SCALED, COLUMN, WEIGHT, FRONT, LOADS, ACTIVE = range(21, 29)
+LINE, MIX, TURN, TURN_MIX, TURNED, GRADIENT, LATERAL = range(29, 36)
 # Length of a row of the factorisation, over end, start, A and tensions, with zeros; and of a column, a
 # multiple of four.  Where the link's buffers end.  For each mode where among the centreline's coefficients it
 # is, and where among the rotation's (-1: nowhere).
-WIDTH, HEIGHT, END = 35, 36, 37
-FUNCTION = 38
-COLUMNS = 38
+WIDTH, HEIGHT, END = 36, 37, 38
+FUNCTION = 39
+COLUMNS = 39
+
+
+def eights(n: int) -> int:
+    """The next multiple of eight: stretches begin with a cache line where the tape does."""
+    return -(-n // 8) * 8
 
 
 def fours(n: int) -> int:
@@ -66,11 +72,11 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         size[FUNCTION + 2 * i], size[FUNCTION + 2 * i + 1] = line, turn
     for column, length in (
         (MASS_GRAM, f * f), (TURN_GRAM, g * g), (SLOPE_Y, (4 + y) * t * wide), (SLOPE_Z, (4 + z) * t * high),
-        (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (COUPLING, 2 * b * p), (SHAPE, shapes),
-        (PIECES, 0),
+        (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (ENDS, 2 * b * fours(2 * b)),
+        (COUPLING, 2 * b * p), (SHAPE, shapes), (PIECES, 0),
     ):  # fmt: skip
         size[column] = constants
-        constants += length
+        constants += eights(length)
     width, height = int(size[WIDTH]), int(size[HEIGHT])
     for column, length in (
         (PIVOTS, (p + t) * width), (INVERSE, p + t), (SCALED, t * width), (COLUMN, (3 * b + t) * height),
@@ -79,7 +85,7 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (LATERAL, wide + high), (END, 0),
     ):  # fmt: skip
         size[column] = buffers
-        buffers += length
+        buffers += eights(length)
     return buffers
 
 

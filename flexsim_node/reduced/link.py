@@ -22,6 +22,8 @@ from ..weighted_sum import (
     add_later_rows,
     add_planar_row_pair,
     add_row_pair,
+    add_six,
+    add_twelve,
     add_twelve_thrice,
     add_whole_planar_rows,
     add_whole_rows,
@@ -35,6 +37,7 @@ from .layout import (
     CENTRELINE,
     COLUMN,
     COUPLING,
+    ENDS,
     FRONT,
     GRADIENT,
     HEIGHT,
@@ -147,6 +150,21 @@ def stiffen(size, data, own, d, v, first, b, still, beta, force):
     add_combined(tensions, own, pulls, own, s, wide, own, g, wide)
     if b == 6:
         add_combined(tensions, own, pulls, own, s + tensions * wide, high, own, g + n + size[Y_MODES], high)
+
+
+@kernel
+def elastic_forces(size, data, own, d, v, first, b, still, beta, force):
+    """Add stiffness times (still d + beta v) to `force`, nodal rows, but for what the squared slope does."""
+    begin, u = b * first, size[FRONT]
+    for k in range(2 * b):
+        own[u + k] = still * d[begin + k] + beta * v[begin + k]
+    if b == 3:
+        add_six(6, own, u, 1, 0, data, size[ENDS], 8, force, begin, 0)
+    else:
+        add_twelve(12, own, u, 1, 0, data, size[ENDS], 12, force, begin, 0)
+    begin += 2 * b
+    for i in range(size[MODES]):
+        force[begin + i] += data[size[MODAL_STIFFNESS] + i] * (still * d[begin + i] + beta * v[begin + i])
 
 
 @kernel

@@ -18,7 +18,6 @@ from .layout import (
     LINE,
     MASS_GRAM,
     MIX,
-    MODAL_STIFFNESS,
     MODES,
     PIVOTS,
     ROTATION,
@@ -30,7 +29,7 @@ from .layout import (
     WIDTH,
     Y_MODES,
 )
-from .link import products, slope_energy, slopes, stiffen
+from .link import elastic_forces, products, slope_energy, slopes, stiffen
 
 
 @kernel
@@ -131,12 +130,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
     if e[INERTIA_Y] > 0.0:
         moment += section_forces(size, data, own, e, f, y, flat(a), first, alpha, two, spin, out)
     wrench[2] += moment
-    planar_beam.elastic_force(e, d, first + 1, force)
-    if beta > 0.0:
-        planar_beam.stiffness_product(e, d, v, first + 1, beta, force)
-    begin = 3 * first + 6
-    for i in range(size[MODES]):
-        out[begin + i] += data[size[MODAL_STIFFNESS] + i] * (x[begin + i] + beta * y[begin + i])
+    elastic_forces(size, data, own, x, y, first, 3, 1.0, beta, out)
 
 
 @kernel
@@ -146,10 +140,8 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force):
     The stiffness is the tangent without the axial force's own (geometric) part.
     """
     n, c, g = size[CENTRELINE], size[LINE], size[LINE] + 8 * size[CENTRELINE]
-    rows, out, begin = flat(y), flat(force), 3 * first + 6
-    planar_beam.stiffness_product(e, d, y, first + 1, scale, force)
-    for i in range(size[MODES]):
-        out[begin + i] += scale * data[size[MODAL_STIFFNESS] + i] * rows[begin + i]
+    rows, out = flat(y), flat(force)
+    elastic_forces(size, data, own, rows, rows, first, 3, 0.0, scale, out)
     if size[TENSIONS] > 0:
         centreline(e, size, rows, first, 0.0, own, c + 2 * n)
         for k in range(2 * n):
@@ -196,8 +188,8 @@ def section_forces(size, data, own, e, f, v, a, first, alpha, two, spin, force):
 
 
 @kernel
-def inertia_coupling(size, data, own, e, coupling, inertia):
-    """Write d(force)/d(link acceleration) of both ends into coupling (6, 3), of the modes into their rows.
+def inertia_coupling(size, data, own, e, start, end, inertia):
+    """Add d(force)/d(link acceleration) of both ends to start and end (3, 3), of modes to their rows.
 
     The link's own is added to inertia (3, 3), upper triangle; the link is placed.
     """
@@ -218,12 +210,18 @@ def inertia_coupling(size, data, own, e, coupling, inertia):
     half, twelfth = 0.5 * total, total * length / 12.0
     w1, t1, w2, t2 = hermite_transpose(own[q], own[q + 1], own[q + 2], own[q + 3], length, s)
     pull = own[q + n + 1] + own[q + n + 3]
-    coupling[0, 0], coupling[0, 1], coupling[0, 2] = half, 0.0, pull - own[q + n]
-    coupling[1, 0], coupling[1, 1], coupling[1, 2] = 0.0, half, w1
-    coupling[2, 0], coupling[2, 1], coupling[2, 2] = 0.0, twelfth, t1
-    coupling[3, 0], coupling[3, 1], coupling[3, 2] = half, 0.0, -pull - own[q + n + 2]
-    coupling[4, 0], coupling[4, 1], coupling[4, 2] = 0.0, half, w2
-    coupling[5, 0], coupling[5, 1], coupling[5, 2] = 0.0, -twelfth, t2
+    start[0, 0] += half
+    end[0, 0] += half
+    start[0, 2] += pull - own[q + n]
+    end[0, 2] -= pull + own[q + n + 2]
+    start[1, 1] += half
+    end[1, 1] += half
+    start[2, 1] += twelfth
+    end[2, 1] -= twelfth
+    start[1, 2] += w1
+    start[2, 2] += t1
+    end[1, 2] += w2
+    end[2, 2] += t2
     for k in range(h + 4, h + 4 + axial):
         own[row], own[row + 1] = data[first_one + k] + data[second_one + k], 0.0
         own[row + 2] = -own[line + n + k]
@@ -239,10 +237,10 @@ def inertia_coupling(size, data, own, e, coupling, inertia):
         second += j * (length + dot(m, own, phi, own, size[TURNED]))
         # of the quadratics the integrals are a sixth, two thirds and a sixth of the length
         w1, t1, w2, t2 = middle_forces(e, j * length / 1.5)
-        coupling[1, 2] += w1
-        coupling[2, 2] += t1 + j * length / 6.0
-        coupling[4, 2] += w2
-        coupling[5, 2] += t2 + j * length / 6.0
+        start[1, 2] += w1
+        start[2, 2] += t1 + j * length / 6.0
+        end[1, 2] += w2
+        end[2, 2] += t2 + j * length / 6.0
         row = size[PIVOTS] + 8 + axial * width
         for k in range(section + h * m, section + h * m + h):
             own[row] += j * (data[k] + data[k + m] + data[k + 2 * m])

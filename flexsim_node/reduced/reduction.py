@@ -37,7 +37,25 @@ from ..beam import (
     middle_rotation,
     squared_slope,
 )
-from .layout import COLUMNS, MODES, ROTATION, fours, places
+from .layout import (
+    COLUMNS,
+    COUPLING,
+    ENDS,
+    MASS_GRAM,
+    MODAL_MASS,
+    MODAL_STIFFNESS,
+    MODES,
+    PIECES,
+    ROTATION,
+    SHAPE,
+    SLOPE_Y,
+    SLOPE_Z,
+    TENSION,
+    TURN_GRAM,
+    eights,
+    fours,
+    places,
+)
 
 AXIAL_MODES = 2
 # nodal dofs of the kinds of modes, in their order
@@ -52,11 +70,12 @@ class ReducedLink:
     counts: tuple[int, int, int, int]  # modes of each kind
     mass: np.ndarray
     section: np.ndarray
-    slope: np.ndarray
+    slope: tuple[np.ndarray, np.ndarray]
     tension: np.ndarray
     modal_mass: np.ndarray
     modal_stiffness: np.ndarray
-    coupling: np.ndarray  # (P, 12), (end node, start node)
+    ends: np.ndarray  # (12, 12) stiffness of (end node, start node)
+    coupling: np.ndarray  # (P, 12), likewise
     element: np.ndarray  # (E, 13)
     shape: np.ndarray  # (nodes, 6, 12 + P)
     frequency: np.ndarray  # (P,) of the link with its ends held, Hz
@@ -181,6 +200,7 @@ def assemble(matrices: np.ndarray) -> np.ndarray:
 
 def reduce_link(
     whole: np.ndarray,
+    ends: np.ndarray,
     rows: np.ndarray,
     masses: np.ndarray,
     stiffnesses: np.ndarray,
@@ -194,7 +214,7 @@ def reduce_link(
 
     Parameters
     ----------
-    whole : row of beam.py for the link as one element
+    whole : row of beam.py for the link as one element; ends : (12, 12) its stiffness, (end, start)
     rows : (E, 13), likewise of each element; masses, stiffnesses : (E, 12, 12), nodes ordered (end, start)
     free : (6,) which nodal dofs move
     planar : the plane's modes only
@@ -236,18 +256,19 @@ def reduce_link(
     unit = np.array([squared_slope(*row, 1.0, 0.0)[1:] for row in np.eye(4)])
     tensions = 1 + first if stiffening else 0
     weights = stretch[:tensions] * spring / rows[:, LENGTH] / tension[:tensions, None]
-    slopes = []
-    for functions in (lines[: y + 4],) if planar else (lines[: y + 4], lines[y : y + 4 + z]):
+    slopes = [np.zeros(0), np.zeros(0)]
+    for k, functions in enumerate((lines[: y + 4], lines[y : y + 4 + z])[: 1 if planar else 2]):
         wide = padded(functions, fours(len(functions)))
-        slopes.append(np.einsum("iea,ab,jeb,te->itj", functions, unit, wide, weights).ravel())
+        slopes[k] = np.einsum("iea,ab,jeb,te->itj", functions, unit, wide, weights)
     return ReducedLink(
         counts=counts,
         mass=np.einsum("iea,ab,jeb,e->ij", f, HERMITE_MASS, f, rows[:, MASS]),
         section=np.einsum("iea,ab,jeb,e->ij", r, QUADRATIC_MASS, r, rows[:, LENGTH]),
-        slope=np.concatenate(slopes),
+        slope=(slopes[0], slopes[1]),
         tension=tension if stiffening else np.zeros(0),
         modal_mass=np.einsum("ai,ab,bi->i", own, mass, own),
         modal_stiffness=np.einsum("ai,ab,bi->i", own, stiffness, own),
+        ends=ends,
         coupling=np.concatenate([across[:, 6:], across[:, :6]], axis=1),
         element=rows,
         shape=shape,
@@ -258,13 +279,13 @@ def reduce_link(
 def reduced_links(
     found: dict[int, ReducedLink], links: int, dofs: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (L, 38 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
+    """Table (L, 39 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
     b = len(dofs)
     both = [*dofs, *(6 + k for k in dofs)]
     most = max((sum(one.counts) for one in found.values()), default=0)
     table = np.zeros((links, COLUMNS + 2 * most), dtype=np.int64)
     table[:, MODES] = -1
-    tape: list[np.ndarray] = []
+    tape: list[tuple[int, np.ndarray]] = []
     constants = buffers = 0
     for n, one in found.items():
         modes = sum(one.counts)
@@ -278,7 +299,17 @@ def reduced_links(
         )
         shape = one.shape[:, dofs][:, :, [*both, *range(12, 12 + modes)]]
         buffers = places(table[n], b, constants, shape.size, buffers)
-        tape += [one.mass, one.section, one.slope, one.tension]
-        tape += [one.modal_mass, one.modal_stiffness, one.coupling[:, both], shape, one.element]
-        constants = sum(part.size for part in tape)
-    return table, np.concatenate([*(part.ravel() for part in tape), np.zeros(24)])
+        # the kernels go along nodal rows, of which the start's is the first
+        ends = np.zeros((2 * b, fours(2 * b)))
+        ends[:, : 2 * b] = one.ends[np.ix_([*both[b:], *both[:b]], [*both[b:], *both[:b]])]
+        parts = (
+            (MASS_GRAM, one.mass), (TURN_GRAM, one.section), (SLOPE_Y, one.slope[0]), (SLOPE_Z, one.slope[1]),
+            (TENSION, one.tension), (MODAL_MASS, one.modal_mass), (MODAL_STIFFNESS, one.modal_stiffness),
+            (ENDS, ends), (COUPLING, one.coupling[:, both]), (SHAPE, shape), (PIECES, one.element),
+        )  # fmt: skip
+        tape += [(int(table[n, column]), part) for column, part in parts]
+        constants = eights(int(table[n, PIECES]) + one.element.size)
+    modal = np.zeros(constants + 24)
+    for place, part in tape:
+        modal[place : place + part.size] = part.ravel()
+    return table, modal

@@ -28,7 +28,6 @@ from .layout import (
     LINE,
     MASS_GRAM,
     MIX,
-    MODAL_STIFFNESS,
     MODES,
     PIVOTS,
     ROTATION,
@@ -41,7 +40,7 @@ from .layout import (
     Y_MODES,
     Z_MODES,
 )
-from .link import products, slope_energy, slopes, stiffen
+from .link import elastic_forces, products, slope_energy, slopes, stiffen
 
 
 @kernel
@@ -240,12 +239,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
         section_forces(size, data, own, e, f, y, z, first, alpha, coriolis, spin, out, wrench)
     elif e[POLAR] > 0.0:
         spin_forces(size, data, own, e, f, y, z, first, alpha, coriolis, out, wrench)
-    spatial_beam.elastic_force(e, d, first + 1, force)
-    if beta > 0.0:
-        spatial_beam.stiffness_product(e, d, v, first + 1, beta, force)
-    begin = 6 * first + 12
-    for i in range(size[MODES]):
-        out[begin + i] += data[size[MODAL_STIFFNESS] + i] * (x[begin + i] + beta * y[begin + i])
+    elastic_forces(size, data, own, x, y, first, 6, 1.0, beta, out)
 
 
 @kernel
@@ -255,10 +249,8 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force):
     The stiffness is the tangent without the axial force's own (geometric) part.
     """
     n, c, g = size[CENTRELINE], size[LINE], size[LINE] + 12 * size[CENTRELINE]
-    rows, out, begin = flat(y), flat(force), 6 * first + 12
-    spatial_beam.stiffness_product(e, d, y, first + 1, scale, force)
-    for i in range(size[MODES]):
-        out[begin + i] += scale * data[size[MODAL_STIFFNESS] + i] * rows[begin + i]
+    rows, out = flat(y), flat(force)
+    elastic_forces(size, data, own, rows, rows, first, 6, 0.0, scale, out)
     if size[TENSIONS] > 0:
         centreline(e, size, rows, first, 0.0, own, c + 3 * n)
         for k in range(3 * n):
@@ -364,8 +356,26 @@ def spin_forces(size, data, own, e, f, v, a, first, alpha, coriolis, force, wren
 
 
 @kernel
-def inertia_coupling(size, data, own, e, coupling, inertia):
-    """Write d(force)/d(link acceleration) of both ends into coupling (12, 6), of the modes into their rows.
+def bend_y(start, end, k, w1, t1, w2, t2):
+    """Add forces on a deflection in y and its slopes to column k of both ends."""
+    start[1, k] += w1
+    start[5, k] += t1
+    end[1, k] += w2
+    end[5, k] += t2
+
+
+@kernel
+def bend_z(start, end, k, w1, t1, w2, t2):
+    """Add forces on a deflection in z and its slopes to column k of both ends."""
+    start[2, k] += w1
+    start[4, k] -= t1
+    end[2, k] += w2
+    end[4, k] -= t2
+
+
+@kernel
+def inertia_coupling(size, data, own, e, start, end, inertia):
+    """Add d(force)/d(link acceleration) of both ends to start and end (6, 6), of modes to their rows.
 
     The link's own is added to inertia (6, 6), upper triangle; the link is placed.
     """
@@ -378,30 +388,31 @@ def inertia_coupling(size, data, own, e, coupling, inertia):
     # the unit field is in the span of Hermite's functions: first and third
     first_one, second_one = mass + y * n, mass + (y + 2) * n
     total = data[first_one + y] + 2.0 * data[first_one + y + 2] + data[second_one + y + 2]
-    coupling[:] = 0.0
     # a unit acceleration along e_k has the coefficients (1, 0, 1, 0)
     half, twelfth = 0.5 * total, total * length / 12.0
     for k in range(3):
-        coupling[k, k] = half
-        coupling[6 + k, k] = half
+        start[k, k] += half
+        end[k, k] += half
         inertia[k, k] += total
-    coupling[5, 1] = twelfth
-    coupling[11, 1] = -twelfth
-    coupling[4, 2] = -twelfth
-    coupling[10, 2] = twelfth
+    start[5, 1] += twelfth
+    end[5, 1] -= twelfth
+    start[4, 2] -= twelfth
+    end[4, 2] += twelfth
     # about e_k it has those of e_k x c
     w1, t1, w2, t2 = hermite_transpose(own[qz], own[qz + 1], own[qz + 2], own[qz + 3], length, e[SHEAR_Z])
-    coupling[1, 3], coupling[5, 3], coupling[7, 3], coupling[11, 3] = -w1, -t1, -w2, -t2
+    bend_y(start, end, 3, -w1, -t1, -w2, -t2)
     w1, t1, w2, t2 = hermite_transpose(own[qy], own[qy + 1], own[qy + 2], own[qy + 3], length, e[SHEAR_Y])
-    coupling[2, 3], coupling[4, 3], coupling[8, 3], coupling[10, 3] = w1, -t1, w2, -t2
+    bend_z(start, end, 3, w1, t1, w2, t2)
     w1, t1, w2, t2 = hermite_transpose(own[qx], own[qx + 1], own[qx + 2], own[qx + 3], length, e[SHEAR_Y])
-    coupling[2, 4], coupling[4, 4], coupling[8, 4], coupling[10, 4] = -w1, t1, -w2, t2
+    bend_z(start, end, 4, -w1, -t1, -w2, -t2)
     w1, t1, w2, t2 = hermite_transpose(own[qx], own[qx + 1], own[qx + 2], own[qx + 3], length, e[SHEAR_Z])
-    coupling[1, 5], coupling[5, 5], coupling[7, 5], coupling[11, 5] = w1, t1, w2, t2
+    bend_y(start, end, 5, w1, t1, w2, t2)
     pull = own[qz + 1] + own[qz + 3]
-    coupling[0, 4], coupling[6, 4] = own[qz] - pull, own[qz + 2] + pull
+    start[0, 4] += own[qz] - pull
+    end[0, 4] += own[qz + 2] + pull
     pull = own[qy + 1] + own[qy + 3]
-    coupling[0, 5], coupling[6, 5] = pull - own[qy], -own[qy + 2] - pull
+    start[0, 5] += pull - own[qy]
+    end[0, 5] -= pull + own[qy + 2]
     bent = size[AXIALS] + y
     space = bent + size[Z_MODES]
     k, row = y + 4 + size[Z_MODES], at
@@ -438,11 +449,11 @@ def inertia_coupling(size, data, own, e, coupling, inertia):
     inertia[3, 5] -= xz
     inertia[4, 5] -= yz
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
-        section_coupling(size, data, own, e, coupling, inertia)
+        section_coupling(size, data, own, e, start, end, inertia)
     elif e[POLAR] > 0.0:
         half = 0.5 * e[POLAR] * length
-        coupling[3, 3] += half
-        coupling[9, 3] += half
+        start[3, 3] += half
+        end[3, 3] += half
         inertia[3, 3] += 2.0 * half
         for i in range(space, size[MODES]):
             own[at + i * width + 3] += e[POLAR] * turning(size, data, y + 3 + size[Z_MODES] + i - space)
@@ -457,7 +468,7 @@ def turning(size, data, k):
 
 
 @kernel
-def section_coupling(size, data, own, e, coupling, inertia):
+def section_coupling(size, data, own, e, start, end, inertia):
     """The sections' part of inertia_coupling."""
     iy, iz, n, length = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], e[LENGTH]
     width, spun, y_modes = size[WIDTH], size[TURNED], size[Y_MODES]
@@ -476,38 +487,26 @@ def section_coupling(size, data, own, e, coupling, inertia):
     # integrals are a sixth, two thirds and a sixth of the length
     sixth = length / 6.0
     half = 0.5 * (iy + iz) * length
-    coupling[3, 3] += half
-    coupling[9, 3] += half
+    start[3, 3] += half
+    end[3, 3] += half
     sx, sy, sz = sx + y_modes, sy + y_modes, sz + y_modes
     mx, my, mz = own[sx + 1], own[sy + 1], own[sz + 1]
-    for k, at in ((0, 3), (2, 9)):
+    for k, node in ((0, start), (2, end)):
         x, y, z = own[sx + k], own[sy + k], own[sz + k]
-        coupling[at, 4] += iy * (z + 0.5 * mz)
-        coupling[at, 5] -= iz * (y + 0.5 * my)
-        coupling[at + 1, 4] += iz * sixth
-        coupling[at + 1, 5] += iz * x
-        coupling[at + 2, 4] -= iy * x
-        coupling[at + 2, 5] += iy * sixth
+        node[3, 4] += iy * (z + 0.5 * mz)
+        node[3, 5] -= iz * (y + 0.5 * my)
+        node[4, 4] += iz * sixth
+        node[4, 5] += iz * x
+        node[5, 4] -= iy * x
+        node[5, 5] += iy * sixth
     w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -4.0 * iz * sixth)
-    coupling[2, 4] += w1
-    coupling[4, 4] -= t1
-    coupling[8, 4] += w2
-    coupling[10, 4] -= t2
+    bend_z(start, end, 4, w1, t1, w2, t2)
     w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -iz * mx)
-    coupling[2, 5] += w1
-    coupling[4, 5] -= t1
-    coupling[8, 5] += w2
-    coupling[10, 5] -= t2
+    bend_z(start, end, 5, w1, t1, w2, t2)
     w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], -iy * mx)
-    coupling[1, 4] += w1
-    coupling[5, 4] += t1
-    coupling[7, 4] += w2
-    coupling[11, 4] += t2
+    bend_y(start, end, 4, w1, t1, w2, t2)
     w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], 4.0 * iy * sixth)
-    coupling[1, 5] += w1
-    coupling[5, 5] += t1
-    coupling[7, 5] += w2
-    coupling[11, 5] += t2
+    bend_y(start, end, 5, w1, t1, w2, t2)
     row = size[PIVOTS] + size[AXIALS] * width + 15
     for k in range(-y_modes, 0):
         own[row + 1] -= iy * own[sx + k]
