@@ -35,7 +35,7 @@ from .co_moving import view
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
 from .reduced import plane as planar_reduced_beam
-from .reduced import space as spatial_reduced_beam
+from .reduced import space_coupling as spatial_reduced_coupling
 from .reduced.layout import (
     COUPLING,
     MODAL_MASS,
@@ -114,7 +114,7 @@ def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia
     if len(dofs) == 3:
         planar_reduced_beam.inertia_coupling(size, data, own, e, start, end, inertia)
     else:
-        spatial_reduced_beam.inertia_coupling(size, data, own, e, start, end, inertia)
+        spatial_reduced_coupling.inertia_coupling(size, data, own, e, start, end, inertia)
     modal_energy(chain, work, n, d, rate, w, out)
     out[1] += slope_energy(size, data, own, d, first, len(dofs))[0]
     return True

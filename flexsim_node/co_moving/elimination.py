@@ -14,7 +14,6 @@ from ..chain import (
     AXIS,
     BODIES,
     COUNT,
-    DAMPER,
     FIRST,
     FIRST_BODY,
     FIRST_ELEMENT,
@@ -30,14 +29,12 @@ from ..chain import (
     REACH,
     REVOLUTE,
     ROTATION,
-    ROTOR,
     SERIES,
-    SPRING,
     TURN,
-    VISCOUS,
     Q,
 )
 from ..interface import lever
+from ..joint_elimination import free, own_pivot
 from ..kernel import kernel
 from . import plane, space
 from .space import tangent, turned, turned_back
@@ -292,12 +289,6 @@ def eliminate_unknowns(index, work, i, w, b):
 
 
 @kernel
-def free(link, work, n):
-    """Whether a link's joint coordinate is an unknown: held joints are not, unless their motor is held."""
-    return link[n, KIND] != FIXED and (link[n, MOTOR] >= 0 or not work.held[n])
-
-
-@kernel
 def joint_column(chain, n, dofs, column):
     """Direction of the joint's coordinate in the acceleration of its link's start."""
     joint = chain.joint
@@ -315,19 +306,12 @@ def joint_column(chain, n, dofs, column):
 @kernel
 def eliminate_joint(chain, work, n, z, dofs):
     """Eliminate the joint's coordinate from z; False where its pivot is not positive."""
-    if not free(chain.link, work, n):
+    if not free(chain.link, work.held, n):
         return True
     b = len(chain.dofs)
     column, row = work.row[3], work.joint_pivot[n, 1]
     joint_column(chain, n, dofs, column)
-    joint = chain.joint
-    pivot = joint[n, ROTOR] + work.scale[1] * (joint[n, VISCOUS] + work.spring[n, 2])
-    if chain.link[n, MOTOR] >= 0:
-        # the motor's own angle goes first, and leaves its inertia behind the spring
-        spring = work.scale[2] * joint[n, SPRING] + work.scale[1] * joint[n, DAMPER]
-        inverse = 0.0 if work.held[n] else 1.0 / (pivot + spring)
-        work.spring[n, 0], work.spring[n, 1] = spring, inverse
-        pivot = spring - spring * spring * inverse
+    pivot = own_pivot(chain, work, n)
     for i in range(b):
         total = 0.0
         for k in range(b):
@@ -471,7 +455,7 @@ def solve(chain, work, rhs, out):
             for k in range(b):
                 load[i - 1, k] += f[b + k]
         g, kept = load[first], work.kept_moving[first]
-        if free(link, work, n):
+        if free(link, work.held, n):
             row = work.joint_pivot[n, 1]
             joint_column(chain, n, dofs, column)
             y = rhs[link[n, Q]]
@@ -504,7 +488,7 @@ def solve(chain, work, rhs, out):
                 shift_answer(kept, z, dofs)
             turn_vector_back(kept, z, dofs)
         if link[n, KIND] != FIXED:
-            if not free(link, work, n):
+            if not free(link, work.held, n):
                 out[link[n, Q]] = 0.0
             else:
                 row = work.joint_pivot[n, 1]

@@ -78,6 +78,14 @@ def products(parts, data, gram, n, own, y, out):
 
 
 @kernel
+def middle_forces(e, shear, g1):
+    """Forces on the nodal (w, t) of start and end of a moment g1 on the middle section's rotation."""
+    w = 1.5 * (1.0 - shear) * g1 / e[LENGTH]
+    t = -(0.25 - 0.75 * shear) * g1
+    return -w, t, w, t
+
+
+@kernel
 def slopes(size, data, own, b):
     """Write half the gradients of the squared slopes that the tensions see.
 

@@ -29,7 +29,7 @@ from .layout import (
     WIDTH,
     Y_MODES,
 )
-from .link import elastic_forces, products, slope_energy, slopes, stiffen
+from .link import elastic_forces, middle_forces, products, slope_energy, slopes, stiffen
 
 
 @kernel
@@ -83,14 +83,6 @@ def spread(e, size, own, g, force, first):
     force[r + 2] += t2
     for i in range(size[MODES]):
         force[m + i] += own[g + size[FUNCTION + 2 * i]]
-
-
-@kernel
-def middle_forces(e, g1):
-    """Forces on the nodal (w, t) of start and end of a moment g1 on the middle section's rotation."""
-    w = 1.5 * (1.0 - e[SHEAR_Z]) * g1 / e[LENGTH]
-    t = -(0.25 - 0.75 * e[SHEAR_Z]) * g1
-    return -w, t, w, t
 
 
 @kernel
@@ -179,7 +171,7 @@ def section_forces(size, data, own, e, f, v, a, first, alpha, two, spin, force):
     for i in range(size[Y_MODES]):
         force[m + i] -= own[made + i]
     made += h
-    w1, t1, w2, t2 = middle_forces(e, own[made + 1])
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], own[made + 1])
     force[p + 1] -= w1
     force[p + 2] -= own[made] + t1
     force[p + 4] -= w2
@@ -236,7 +228,7 @@ def inertia_coupling(size, data, own, e, start, end, inertia):
         products(1, data, section, m, own, phi, size[TURNED])
         second += j * (length + dot(m, own, phi, own, size[TURNED]))
         # of the quadratics the integrals are a sixth, two thirds and a sixth of the length
-        w1, t1, w2, t2 = middle_forces(e, j * length / 1.5)
+        w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], j * length / 1.5)
         start[1, 2] += w1
         start[2, 2] += t1 + j * length / 6.0
         end[1, 2] += w2
