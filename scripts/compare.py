@@ -10,6 +10,7 @@ import click
 from .terminal.output_file import OutputFile
 from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
+from .terminal.robot_option import robot_option
 
 if TYPE_CHECKING:
     from .comparison.difference import Difference
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
               help="Write a rerun recording with both robots.")  # fmt: skip
 @click.option("--scale", type=click.FloatRange(0.0), default=20.0, show_default=True,
               help="Factor on displacements in the recording.")  # fmt: skip
+@robot_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     first: str,
@@ -38,6 +40,7 @@ def command(
     plot: str | None,
     save: str | None,
     scale: float,
+    robot: str,
     as_json: bool,
 ) -> None:
     """Compare two runs, message by message of equal simulated time.
@@ -56,7 +59,7 @@ def command(
     if plot or save:
         for path in (first, second):  # said at once, not after the comparison
             try:
-                read(Path(path), 1)
+                read(Path(path), 1, robot)
             except BagError as problem:
                 raise BagError(f"{problem}; --plot and --save are for robots") from None
     progress = Progress()
@@ -65,18 +68,19 @@ def command(
         Path(second),
         topics,
         lambda topic, at: progress.show(f"{topic}, {at:.0f} s compared"),
+        robot,
     )
     progress.clear()
     result = as_mapping(first, second, found)
     if plot:
         from .comparison.picture import draw
 
-        draw(shown, Path(plot), (Path(first).name, Path(second).name))
+        draw(shown, Path(plot), (Path(first).name, Path(second).name), robot)
         result["plot"] = plot
     if save:
         from .comparison.recording import record
 
-        result["rows"] = record(shown, Path(save), (Path(first).name, Path(second).name), scale)
+        result["rows"] = record(shown, Path(save), (Path(first).name, Path(second).name), scale, robot)
         result["recording"] = save
     if as_json:
         print_json(result)

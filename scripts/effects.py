@@ -10,6 +10,7 @@ import click
 
 from .simulate import setting
 from .terminal.report import print_json, print_table
+from .terminal.robot_option import robot_option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,6 +31,7 @@ MICRO, MILLI = 1e6, 1e3
               help="Take the torques from a recorded run instead of the scene's own.")  # fmt: skip
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
               help="Change the scene, e.g. solver.step=5e-4; may be repeated.")  # fmt: skip
+@robot_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     scene: str,
@@ -37,6 +39,7 @@ def command(
     tolerance: float | None,
     bag: str | None,
     settings: tuple[str, ...],
+    robot: str,
     as_json: bool,
 ) -> None:
     """What each effect changes and costs in a robot's scene.
@@ -60,7 +63,7 @@ def command(
     elif "tolerance" not in overrides:
         overrides = {**overrides, **default_tolerance(scene)}
     loaded = load_scene(scene, overrides)
-    drive = None if bag is None else recorded(Path(bag), loaded)
+    drive = None if bag is None else recorded(Path(bag), loaded, robot)
     if drive is not None and duration is None:
         duration = drive[1]
     found = study(loaded, drive[0] if drive else None, duration)
@@ -83,14 +86,14 @@ def default_tolerance(scene: str) -> dict[str, float]:
     return {} if has else {"tolerance": TOLERANCE}
 
 
-def recorded(path: Path, scene: Scene) -> tuple[Callable[[float], np.ndarray], float]:
+def recorded(path: Path, scene: Scene, robot: str) -> tuple[Callable[[float], np.ndarray], float]:
     """Return the torques of a recorded run, held from state to state, and how long it lasts, s."""
     import numpy as np
 
     from .bag import Bag, BagError
     from .replay.drive import read_drive
 
-    drive = read_drive(Bag(path))
+    drive = read_drive(Bag(path, robot))
     missing = [name for name in scene.joint_names if name not in drive.joint_names]
     if missing or not len(drive.torque):
         what = f"names no joint {missing[0]}" if missing else "holds no torques"

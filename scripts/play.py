@@ -11,6 +11,7 @@ import click
 
 from .simulate import setting
 from .terminal.report import print_json, print_table
+from .terminal.robot_option import robot_option
 from .terminal.stop import Stop, stopped_by_signals
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ FASTER = 1.25
               help="Lock-step: change the scene, e.g. solver.step=5e-4; may be repeated.")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(), metavar="BAG",
               help="Lock-step: the new bag; else BAG_again.")  # fmt: skip
+@robot_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     bag: str,
@@ -57,6 +59,7 @@ def command(
     scene: str | None,
     settings: tuple[str, ...],
     output: str | None,
+    robot: str,
     as_json: bool,
 ) -> None:
     """Publish a bag as it was recorded, or drive a robot through it again.
@@ -75,13 +78,13 @@ def command(
       flexsim play run /flexsim_node/commands --rate 0.5 --loop
       flexsim play run --lockstep -o again
     """
-    if not lockstep and (scene or settings or output):
-        raise click.UsageError("--scene, --set and --output belong to --lockstep.")
+    if not lockstep and (scene or settings or output or robot):
+        raise click.UsageError("--scene, --set, --output and --robot belong to --lockstep.")
     if lockstep and (topics or without or loop or start_offset or start_paused or rate != 1.0):
         raise click.UsageError("--lockstep drives the whole run: give neither topics nor timing.")
     from .bag import Bag
 
-    found = Bag(bag)
+    found = Bag(bag, robot)
     if lockstep:
         once_more(found, scene, dict(map(setting, settings)), output, as_json)
         return

@@ -10,6 +10,7 @@ import click
 from .terminal.output_file import OutputFile
 from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
+from .terminal.robot_option import robot_option
 
 if TYPE_CHECKING:
     from .bag import Bag
@@ -22,8 +23,9 @@ if TYPE_CHECKING:
               help="Where to write; else the bag's name and .html, here.")  # fmt: skip
 @click.option("--scene", type=click.Path(), metavar="SCENE.yaml",
               help="The robot's scene, for stresses and frequencies; else the one in the bag.")  # fmt: skip
+@robot_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(bag: str, output: str | None, scene: str | None, as_json: bool) -> None:
+def command(bag: str, output: str | None, scene: str | None, robot: str, as_json: bool) -> None:
     """Write a report of a recorded run: one HTML file with tables and plots.
 
     Of a robot: tracking error, torques, tip deflection, spectrum, natural frequencies and damping
@@ -37,7 +39,7 @@ def command(bag: str, output: str | None, scene: str | None, as_json: bool) -> N
     """
     from .bag import Bag
 
-    opened = Bag(bag)
+    opened = Bag(bag, robot)
     if not opened.count:
         raise click.ClickException(f"{bag} holds no messages to report on")
     target = Path(output) if output else Path(f"{opened.path.resolve().stem}.html")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .terminal.report import print_json, print_table
+from .terminal.robot_option import robot_option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
               help="Change the scene, e.g. solver.step=5e-4; may be repeated.")  # fmt: skip
 @click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.npz",
               help="Write the run's arrays for numpy.load.")  # fmt: skip
+@robot_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     scene: str,
@@ -42,6 +44,7 @@ def command(
     torque: str | None,
     settings: tuple[str, ...],
     save: str | None,
+    robot: str,
     as_json: bool,
 ) -> None:
     """Simulate a robot without ROS.
@@ -63,8 +66,8 @@ def command(
         raise click.ClickException(f"{scene} does not exist; give a scene's YAML file, or a bag")
     if is_bag(Path(scene)) and torque is None:
         torque = scene
-    loaded = load(Path(scene), overrides)
-    drive = driven(Path(torque), loaded) if torque is not None and is_bag(Path(torque)) else None
+    loaded = load(Path(scene), overrides, robot)
+    drive = driven(Path(torque), loaded, robot) if torque is not None and is_bag(Path(torque)) else None
     if drive is not None:
         sample_period = 1.0 / drive.rate if sample_period is None else sample_period
         duration = drive.duration if duration is None else duration
@@ -86,17 +89,17 @@ def is_bag(path: Path) -> bool:
     return path.is_dir() or path.suffix == ".mcap"
 
 
-def driven(path: Path, scene: Scene) -> Drive:
+def driven(path: Path, scene: Scene, robot: str) -> Drive:
     """Return what drove a recorded robot; `scene` where the bag does not hold its own."""
     from .bag import Bag
     from .replay.drive import read_drive
     from .replay.ticks import tick_by_tick
 
-    drive = read_drive(Bag(path))
-    return tick_by_tick(drive, Bag(path), scene if drive.scene is None else load(path, {}))
+    drive = read_drive(Bag(path, robot))
+    return tick_by_tick(drive, Bag(path, robot), scene if drive.scene is None else load(path, {}, robot))
 
 
-def load(path: Path, overrides: dict[str, Any]) -> Scene:
+def load(path: Path, overrides: dict[str, Any], robot: str = "") -> Scene:
     """Load a scene's file, or the scene that a bag holds, with what its node changed of it."""
     from flexsim_node import load_scene
 
@@ -106,15 +109,14 @@ def load(path: Path, overrides: dict[str, Any]) -> Scene:
     from .bag.robot import robot_in
     from .replay.drive import overrides_of
 
-    bag = Bag(path)
-    robot = robot_in(bag)
-    name, text = robot.scene_name, robot.scene
+    found = robot_in(Bag(path, robot))
+    name, text = found.scene_name, found.scene
     if text is None:
         raise ValueError(f"{path} does not hold its scene; give the scene's file, and --torque {path}")
     with tempfile.TemporaryDirectory(prefix="flexsim_") as folder:
         file = Path(folder) / name
         file.write_bytes(text)
-        return load_scene(file, overrides_of(robot.parameters) | overrides)
+        return load_scene(file, overrides_of(found.parameters) | overrides)
 
 
 def setting(words: str) -> tuple[str, Any]:

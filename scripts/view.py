@@ -12,6 +12,7 @@ import click
 from .terminal.output_file import OutputFile
 from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
+from .terminal.robot_option import robot_option
 from .terminal.stop import stopped_by_signals
 
 APPLICATION = "flexsim"
@@ -29,6 +30,7 @@ APPLICATION = "flexsim"
               metavar="HZ", help="Frames a second of the 3-D view.")  # fmt: skip
 @click.option("-d", "--duration", type=click.FloatRange(0.0, min_open=True), metavar="SECONDS",
               help="Live: stop so long after the first message; served: then. Else at Ctrl-C.")  # fmt: skip
+@robot_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     source: str,
@@ -38,6 +40,7 @@ def command(
     scale: float | None,
     rate: float,
     duration: float | None,
+    robot: str,
     as_json: bool,
 ) -> None:
     """Show a bag, or a running robot or fire door, in rerun.
@@ -57,6 +60,8 @@ def command(
     if not path.exists():
         raise click.ClickException(f"{source} does not exist")
     live = path.is_file() and path.suffix in (".yaml", ".yml")
+    if live and robot:
+        raise click.UsageError("--robot chooses among the robots of a bag.")
     if not (save or serve or web or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise click.ClickException(
             "there is no display to show a viewer on; --save FILE.rrd writes a recording, "
@@ -67,11 +72,12 @@ def command(
     if live:
         view_live(path, save, serve, web, scale, rate, duration, as_json)
     else:
-        view_bag(path, save, serve, web, scale, rate, duration, as_json)
+        view_bag(path, robot, save, serve, web, scale, rate, duration, as_json)
 
 
 def view_bag(
     path: Path,
+    robot: str,
     save: str | None,
     serve: bool,
     web: bool,
@@ -84,7 +90,7 @@ def view_bag(
     from .bag import Bag
 
     begun = time.monotonic()
-    bag = Bag(path)
+    bag = Bag(path, robot)
 
     import rerun as rr
 

@@ -58,6 +58,8 @@ class Bag:
     ----------
     path : str or Path
         The bag's folder, or one .mcap file.
+    robot : str
+        Of several robots the one that is meant, by the name of its simulator; "": the first.
 
     Attributes
     ----------
@@ -74,8 +76,9 @@ class Bag:
         There is no bag at `path`.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, robot: str = "") -> None:
         self.path = Path(path)
+        self.robot = robot
         self.files = mcap_files(self.path)
         self.topics: dict[str, Topic] = {}
         self.start, self.end = 0, 0

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import Any
 
-from .reader import Bag
+from .reader import Bag, BagError
 
 STATE = "flexsim_msgs/msg/ElasticState"
 LAYOUT = "flexsim_msgs/msg/ElasticLayout"
@@ -47,12 +47,22 @@ class Robot:
 
 
 def robot_in(bag: Bag) -> Robot:
-    """Return a bag's robot; of several the first of which the bag has most kinds of states."""
+    """Return a bag's robot: of several the one that is meant, else the first with most kinds of states.
+
+    Raises
+    ------
+    BagError
+        The bag holds no robot of that name.
+    """
     notes = {node: told for node, told in bag.notes().items() if "scene" in told}
     nodes = [node for node, told in notes.items() if "elastic_rate" in told]
     nodes = nodes or [name.rpartition("/")[0] for name in names(bag, STATE)] or [""]
     found = [of_node(bag, node) for node in sorted(nodes)]
-    chosen = max(found, key=lambda r: (r.state is not None) + (r.joints is not None))
+    meant = [r for r in found if r.node == f"/{bag.robot.strip('/')}"] if bag.robot else found
+    if not meant:
+        held = ", ".join(r.node for r in found if r.node) or "none whose name is known"
+        raise BagError(f"{bag.path} holds no robot {bag.robot}; it holds {held}")
+    chosen = max(meant, key=lambda r: (r.state is not None) + (r.joints is not None))
     parameters = {name: json.loads(value) for name, value in notes.get(chosen.node, {}).items()}
     scene = PurePath(str(parameters.get("scene", ""))).name
     files = [name for name in bag.attachments() if name.endswith(SCENES)]

@@ -68,7 +68,8 @@ def robot_part(reading: Reading, scene: Scene | None, why_not: str, stresses: St
     section = Section("Tracking error")
     part.sections.append(section)
     if robot.others:
-        section.say(f"Of the bag's robots this is {robot.node}; further ones: {', '.join(robot.others)}.")
+        others = ", ".join(robot.others)
+        section.say(f"Of the bag's robots this is {robot.node}; further ones, for --robot: {others}.")
     if robot.joints is not None:
         try:
             measured = joints(reading, robot.joints)

@@ -17,9 +17,9 @@ SMALLEST = 1e-18
 MILLIMETRES = 1e3
 
 
-def draw(paths: tuple[Path, Path], file: Path, names: tuple[str, str]) -> None:
+def draw(paths: tuple[Path, Path], file: Path, names: tuple[str, str], robot: str = "") -> None:
     """Draw two runs into a PNG; raises BagError where they are no robots."""
-    first, second = map(read, paths)
+    first, second = (read(path, robot=robot) for path in paths)
     with styled() as pyplot:
         figure, axes = pyplot.subplots(2, 2, figsize=(14.0, 8.0), layout="constrained", sharex=True)
         title = f"A: {names[0]}   B: {names[1]}"

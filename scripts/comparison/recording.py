@@ -26,7 +26,9 @@ FRAMES = 3000
 TINTS = (SERIES[0], SERIES[1])
 
 
-def record(paths: tuple[Path, Path], file: Path, names: tuple[str, str], scale: float) -> dict[str, int]:
+def record(
+    paths: tuple[Path, Path], file: Path, names: tuple[str, str], scale: float, robot: str = ""
+) -> dict[str, int]:
     """Write a recording of both runs; returns the rows of each entity.
 
     Raises
@@ -34,7 +36,7 @@ def record(paths: tuple[Path, Path], file: Path, names: tuple[str, str], scale: 
     BagError
         Neither of them holds the layout of its robot, or one holds no elastic states.
     """
-    runs = [read(path) for path in paths]
+    runs = [read(path, robot=robot) for path in paths]
     frame = next((s for s in map(layout_of, runs) if s is not None), None)
     if frame is None:
         raise BagError(

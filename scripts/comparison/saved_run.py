@@ -59,13 +59,14 @@ def compared(
     second: Path,
     topics: tuple[str, ...],
     progress: Callable[[str, float], None] = lambda *_: None,
+    robot: str = "",
 ) -> tuple[list[Difference], tuple[Path, Path]]:
     """Compare two runs; returns the differences, and what is to be shown."""
     if not (is_saved(first) or is_saved(second)):
         return differences(Bag(first), Bag(second), topics, progress), (first, second)
     if topics:
         raise BagError("topics can be chosen where both runs are bags")
-    a, b = read(first, None), read(second, None)
+    a, b = read(first, None, robot), read(second, None, robot)
     found = []
     for name in PLACES:
         if name in a.values and name in b.values:
@@ -81,8 +82,8 @@ def compared(
     return found, (first, second)
 
 
-def read(path: Path, most: int | None = MOST) -> SavedRun:
-    """Read a run; where it has more than `most` times, about so many of them.
+def read(path: Path, most: int | None = MOST, robot: str = "") -> SavedRun:
+    """Read a run of a bag's robot; where it has more than `most` times, about so many of them.
 
     Raises
     ------
@@ -91,12 +92,12 @@ def read(path: Path, most: int | None = MOST) -> SavedRun:
     """
     if is_saved(path):
         return from_arrays(path, arrays_of(path), most)
-    bag = Bag(path)
+    bag = Bag(path, robot)
     time: dict[str, NDArray[np.int64]] = {}
     values: dict[str, NDArray[np.float64]] = {}
     names: tuple[str, ...] = ()
-    robot = robot_in(bag)
-    for kind, topic in ((JOINTS, robot.joints), (STATE, robot.state)):
+    found = robot_in(bag)
+    for kind, topic in ((JOINTS, found.joints), (STATE, found.state)):
         if topic is None:
             continue
         quantities = {q: f for q, (k, f) in PLACES.items() if k == kind}

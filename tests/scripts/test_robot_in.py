@@ -11,10 +11,12 @@ from flexsim.bag import Bag, BagError, BagWriter
 from flexsim.bag.robot import JOINTS, LAYOUT, STATE, robot_in
 from flexsim.bag_report import motion, tracking
 from flexsim.bag_report.reading import Reading
+from flexsim.comparison.saved_run import read
 from flexsim.health.examination import examine
 from flexsim.replay.drive import read_drive
 from flexsim.rerun_view import robot_bag
 from made_bags import at, diagnostics, elastic_layout, elastic_state, joint_state
+from processes import flexsim
 
 pytestmark = pytest.mark.ros
 ARM, SECOND, DOOR = "/cell/arm", "/second", "/a_door"
@@ -58,6 +60,25 @@ def test_one_robot_of_several(nodes: tuple[str, ...], tmp_path: Path) -> None:
     assert robot_bag.topics(bag)[robot_bag.JOINTS] == "/cell/joint_states"
     measured = motion.joints(Reading(bag), "/cell/joint_states")
     assert tracking.wanted(Reading(bag), measured) is None
+
+
+def test_the_robot_that_is_meant(tmp_path: Path) -> None:
+    """By the name of its simulator, with or without the first slash; a name that none bears is refused."""
+    write(tmp_path / "run", (ARM, SECOND, DOOR))
+    for name in (SECOND, SECOND[1:]):
+        bag = Bag(tmp_path / "run", name)
+        robot = robot_in(bag)
+        assert (robot.node, robot.joints, robot.others) == (SECOND, "/joint_states", (ARM,))
+        assert (read_drive(bag).torque == 4.0).all()
+        assert robot_bag.topics(bag)[robot_bag.JOINTS] == "/joint_states"
+        assert read(tmp_path / "run", robot=name).joint_names == (SECOND[1:],)
+    with pytest.raises(BagError, match=f"no robot /third; it holds {ARM}, {SECOND}"):
+        robot_in(Bag(tmp_path / "run", "/third"))
+    words = ("report", tmp_path / "run", "-o", tmp_path / "out.html")
+    assert flexsim(*words, "--robot", SECOND).returncode == 0
+    assert f"this is {SECOND}; further ones, for --robot: {ARM}" in (tmp_path / "out.html").read_text()
+    done = flexsim(*words, "--robot", "/third")
+    assert done.returncode == 1 and "holds no robot /third" in done.stderr
 
 
 def test_another_robot_s_energy(tmp_path: Path) -> None:
