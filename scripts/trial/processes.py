@@ -156,6 +156,11 @@ class Processes:
                 others = [other for other in self.running if other is not process and other.error]
                 raise RuntimeError("; ".join([str(failure), *(f"{o.name}: {o.error}" for o in others)]))
 
+    def dismiss(self, process: Process) -> None:
+        """End one that need not know how to end."""
+        self.running.remove(process)
+        process.end()
+
     def end(self, process: Process) -> None:
         """End one in good order; raises RuntimeError where it fails to."""
         self.running.remove(process)
