@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shlex
+import signal
+import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
+from flexsim.bench.rig import Rig, stamp
+from flexsim.terminal.stop import stopped_by_signals
+from flexsim.trial.processes import processes
 from processes import flexsim
+from sensor_msgs.msg import JointState
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "controllers.md").read_text()
@@ -43,6 +51,35 @@ def test_a_controller_that_says_nothing(tmp_path: Path) -> None:
     done = flexsim("bench-controller", str(silent), scene, "--no-latency", "--only", "push", timeout=300)
     assert done.returncode == 1
     assert "exit code 3" in done.stderr
+
+
+def test_a_controller_that_knows_no_signals(tmp_path: Path) -> None:
+    """It dies of the one that asks it to end, as most do: that is an end. Of a robot or recorder it is none."""
+    words = [
+        sys.executable,
+        "-c",
+        "import sys, time; print('up', file=sys.stderr, flush=True); time.sleep(60)",
+    ]
+    with stopped_by_signals() as stopped, processes(tmp_path, dict(os.environ), stopped) as trial:
+        for name, end in (("first", trial.dismiss), ("second", trial.end)):
+            process = trial.start(name, words)
+            trial.wait_until_said(process, "up", timeout=20.0)
+            with pytest.raises(RuntimeError, match="exit code -2") if name == "second" else nullcontext():
+                end(process)
+            assert process.code == -signal.SIGINT
+        assert not trial.running
+
+
+def test_a_run_is_of_its_own_states() -> None:
+    """What the last run left on its way is not taken for the next one's, which begins at time zero."""
+    rig = object.__new__(Rig)
+    rig.rate, run = 1000.0, []
+    take = rig.taken(run)
+    for nanoseconds in (2_099_000_000, 2_100_000_000, 1, 1_000_000, 2_000_000):
+        message = JointState()
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(nanoseconds, 10**9)
+        take(message)
+    assert [stamp(message) for message in run] == [1e-9, 1e-3, 2e-3]
 
 
 @pytest.mark.parametrize(
