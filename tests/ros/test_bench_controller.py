@@ -54,7 +54,7 @@ def test_a_controller_that_says_nothing(tmp_path: Path) -> None:
 
 
 def test_a_controller_that_knows_no_signals(tmp_path: Path) -> None:
-    """It dies of the one that asks it to end, as most do: that is an end. Of a robot or recorder it is none."""
+    """It dies of the one that asks it to end, as most do: an end, but none of a recorder."""
     words = [
         sys.executable,
         "-c",
