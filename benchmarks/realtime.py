@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from flexsim.terminal.own_output import own_output
 from flexsim.terminal.stop import stopped_by_signals
 from flexsim.trial.processes import NODE, Process, own_domain, processes
 from numpy.typing import NDArray
@@ -317,6 +318,7 @@ def machine() -> dict[str, str]:
 
 def main() -> None:
     """Measure and print."""
+    own_output()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--duration", type=float, default=60.0, help="s")
     parser.add_argument("--json", action="store_true", help="print one JSON object")

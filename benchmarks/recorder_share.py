@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 from bag_conversion import COMMAND, JOINTS, NODES, SECOND, Cdr, elastic_state, joint_state
+from flexsim.terminal.own_output import own_output
 
 RATE, FIELD_RATE, FIELD = 1000, 10, 20_000
 READY = 30.0  # s
@@ -78,6 +79,7 @@ def spent(pid: int) -> float:
 
 def main() -> None:
     """Measure and print."""
+    own_output()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--json", action="store_true")

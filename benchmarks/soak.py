@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 from flexsim.bag import Bag
+from flexsim.terminal.own_output import own_output
 from flexsim.terminal.stop import Stop, stopped_by_signals
 from flexsim.trial.processes import COMMAND, NODE, Process, Processes, own_domain, processes
 
@@ -148,6 +149,7 @@ def unstopped(said: dict[str, str]) -> dict[str, str]:
 
 def main() -> None:
     """Run both and print."""
+    own_output()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--fast", type=float, default=7200.0, help="s of elapsed time without a pause; 0: none"

@@ -19,6 +19,8 @@ from typing import Any
 
 import click
 
+from .terminal.own_output import own_output
+
 PACKAGE = __name__.rpartition(".")[0]
 EXPECTED_FAILURES = (OSError, ValueError, RuntimeError, LookupError, ArithmeticError)
 
@@ -64,6 +66,7 @@ def flexsim() -> None:
 
 def main() -> None:
     """Run the command; exit with 0 done, 1 the work failed, 2 the words were wrong."""
+    own_output()
     warnings.showwarning = said_plainly
     try:
         code = flexsim.main(prog_name="flexsim", standalone_mode=False)

@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flexsim_node import load_scene
 
@@ -16,6 +16,11 @@ from .drive import node_parameters, read_drive
 from .lockstep import NODE, Driver, node_process
 from .ticks import tick_by_tick
 
+if TYPE_CHECKING:
+    from ..ros.recorder import Recorder
+
+# s without a message after which the simulator, which waits for a command, has said all; and at most
+QUIET, LONGEST = 0.1, 2.0
 WAITED_FOR = ("/joint_states", f"/{NODE}/elastic_state", f"/{NODE}/deformed_shape")
 
 
@@ -86,8 +91,7 @@ def again(
                     except RuntimeError as problem:
                         said = str(problem)
                     elapsed = time.monotonic() - begun
-                    time.sleep(0.05)  # the last messages of other topics
-                    recorder.drain(everything=True)
+                    keep_last(recorder)
             finally:
                 recorder.close()
             states = recorder.topics["/joint_states"].count
@@ -98,3 +102,16 @@ def again(
         "elapsed": elapsed,
         "stopped": said,
     }
+
+
+def keep_last(recorder: Recorder) -> None:
+    """Record what the simulator has still on its way when the run is over."""
+    count, since = -1, time.monotonic()
+    end = since + LONGEST
+    while time.monotonic() < min(end, since + QUIET):
+        recorder.drain(everything=True)
+        taken = sum(recorder.topics[topic].count for topic in WAITED_FOR if topic in recorder.topics)
+        if taken != count:
+            count, since = taken, time.monotonic()
+        time.sleep(0.005)
+    recorder.drain(everything=True)

@@ -70,6 +70,21 @@ def test_mistakes(words: list[str], code: int, sentence: str, tmp_path: Path) ->
     assert not (tmp_path / "a.rrd").exists()
 
 
+def test_what_libraries_print_is_no_result() -> None:
+    """Fast DDS says its troubles on standard output; a program that reads --json must not find them there."""
+    script = """
+import os
+from flexsim.terminal.own_output import own_output
+own_output()
+os.write(1, b"a library\\n")
+print("ä result")
+"""
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, encoding="utf-8", check=True)
+    assert (said.stdout, said.stderr) == ("ä result\n", "a library\n")
+    closed = subprocess.run(["sh", "-c", 'exec "$@" >&-', "sh", *command("--help")], capture_output=True)
+    assert (closed.returncode, closed.stderr) == (0, b"")
+
+
 def test_ctrl_c(recorded: Recorded, tmp_path: Path) -> None:
     """Ctrl-C ends a verb with 130 and without a traceback."""
     words = command("view", recorded.bag, "--serve")
