@@ -214,7 +214,7 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
         if said["status"] != "ok":
             raise RuntimeError(f"the solver has stopped: {said['status']}")
         if controlled:
-            trial.end(third)
+            trial.dismiss(third)
         for process in (robot, other, *loops):
             trial.end(process)
         late = np.concatenate([lates(process) for process in loops])
