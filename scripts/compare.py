@@ -54,8 +54,12 @@ def command(
       flexsim compare run again --plot difference.png --save both.rrd
     """
     from .bag import BagError
-    from .comparison.saved_run import compared, read
+    from .comparison.saved_run import compared, is_saved, read
 
+    if robot and not (plot or save or is_saved(Path(first)) or is_saved(Path(second))):
+        raise click.UsageError(
+            "--robot is for --plot, --save and saved runs; of two bags all topics are compared, or --topic's."
+        )
     if plot or save:
         for path in (first, second):  # said at once, not after the comparison
             try:

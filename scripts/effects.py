@@ -56,6 +56,8 @@ def command(
     if not Path(scene).is_file():
         raise click.ClickException(f"{scene} does not exist; give a scene's YAML file")
 
+    if robot and bag is None:
+        raise click.UsageError("--robot chooses among the robots of --bag.")
     from flexsim_node import load_scene
 
     if tolerance is not None:

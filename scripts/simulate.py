@@ -66,6 +66,8 @@ def command(
         raise click.ClickException(f"{scene} does not exist; give a scene's YAML file, or a bag")
     if is_bag(Path(scene)) and torque is None:
         torque = scene
+    if robot and not any(is_bag(Path(source)) for source in (scene, torque) if source):
+        raise click.UsageError("--robot chooses among the robots of a bag.")
     loaded = load(Path(scene), overrides, robot)
     drive = driven(Path(torque), loaded, robot) if torque is not None and is_bag(Path(torque)) else None
     if drive is not None:

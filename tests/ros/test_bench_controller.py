@@ -8,10 +8,14 @@ import re
 import shlex
 import signal
 import sys
+import time
+from concurrent.futures import Future
 from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from flexsim.bench import rig as bench_rig
 from flexsim.bench.rig import Rig, stamp
 from flexsim.terminal.stop import stopped_by_signals
 from flexsim.trial.processes import processes
@@ -80,6 +84,21 @@ def test_a_run_is_of_its_own_states() -> None:
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(nanoseconds, 10**9)
         take(message)
     assert [stamp(message) for message in run] == [1e-9, 1e-3, 2e-3]
+
+
+def test_an_answer_that_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The question is asked again, and the client is given back."""
+    monkeypatch.setattr(bench_rig, "AGAIN", 0.05)
+    lost, told = Future(), Future()
+    told.set_result("here")
+    futures, given_back = [lost, told], []
+    client = SimpleNamespace(service_is_ready=lambda: True, call_async=lambda _: futures.pop(0))
+    rig = object.__new__(Rig)
+    rig.trial = SimpleNamespace(check=lambda: None)
+    rig.executor = SimpleNamespace(spin_once=lambda timeout_sec: time.sleep(0.2 * timeout_sec))
+    rig.node = SimpleNamespace(create_client=lambda *_: client, destroy_client=given_back.append)
+    assert rig.call(None, "reset_simulation", None) == "here"
+    assert (futures, given_back) == ([], [client])
 
 
 @pytest.mark.parametrize(

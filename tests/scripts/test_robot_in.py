@@ -81,6 +81,24 @@ def test_the_robot_that_is_meant(tmp_path: Path) -> None:
     assert done.returncode == 1 and "holds no robot /third" in done.stderr
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("compare", "run", "run"),
+        ("simulate", "scene.yaml"),
+        ("effects", "scene.yaml"),
+        ("play", "run"),
+        ("view", "scene.yaml", "--save", "view.rrd"),
+    ],
+)
+def test_a_choice_that_nobody_makes(words: tuple[str, ...], tmp_path: Path) -> None:
+    """Where no robot is chosen by it --robot is refused, and not passed over in silence."""
+    write(tmp_path / "run", (ARM, SECOND))
+    (tmp_path / "scene.yaml").write_text("model: robot\n")
+    done = flexsim(*words, "--robot", SECOND, cwd=tmp_path)
+    assert done.returncode == 2 and "--robot" in done.stderr
+
+
 def test_another_robot_s_energy(tmp_path: Path) -> None:
     """What another simulator says of its energy is not held against this robot's work."""
     with BagWriter(tmp_path / "run") as bag:
