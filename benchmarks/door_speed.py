@@ -25,6 +25,7 @@ MODELS: dict[str, tuple[dict[str, Any], float]] = {
     "column (3 layers, 14 bricks)": ({"solver.model": "column"}, 0.05),
     "column with rim": ({"solver.model": "column_rim"}, 0.5),
     "quarter, 20 x 40 x 14": ({}, 4.0),
+    "quarter, finite elements": ({"mesh.discretisation": "finite_element"}, 4.0),
     "whole, 40 x 80 x 14": ({"mesh.symmetry": "none", "mesh.in_plane": [40, 80]}, 15.0),
 }
 

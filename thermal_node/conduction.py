@@ -1,10 +1,10 @@
 """Compiled kernels of heat conduction on a leaf mesh.
 
 Nodes hold temperature T (°C). With h_m the enthalpy per volume and theta_m the conductivity
-integral (Kirchhoff's transform) of material m, node i holds the heat
-H_i = sum_m V_mi h_m(T_i), and edge i-j carries sum_m G_mij (theta_m(T_j) - theta_m(T_i)): exact
-for steady one-dimensional conduction with k(T). What leaves one node enters another, so heat
-is conserved to rounding whatever the temperatures.
+integral (Kirchhoff's transform) of material m, node i holds the heat H_i = sum_m V_mi h_m(T_i), and
+edge i-j carries sum_m G_mij (theta_m(T_j) - theta_m(T_i)): exact for steady one-dimensional
+conduction with k(T). Finite elements exchange along faces and bodies as well, and heat as they do
+theta; see mesh/exchange.py.
 
 Arrays are (nz, ny, nx) or flat in that order, material arrays have M in front.
 """
@@ -17,12 +17,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from .compiled import FAST
+from .mesh.exchange import Exchange
+from .twists import exchange_twists, room
+
 Array = NDArray[np.float64]
 
 STEFAN_BOLTZMANN = 5.670374419e-8
 """W/(m2 K4), CODATA 2018."""
 ABSOLUTE_ZERO = -273.15
-FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 class Tables(NamedTuple):
@@ -45,15 +48,13 @@ class Tables(NamedTuple):
 class Grid(NamedTuple):
     """What a mesh gives to the kernels; shapes as in LeafMesh.
 
-    share (M, nz, ny, nx) : m3 of material whose heat a node and the one behind it exchange, the
-        compact (fourth order) sum of a brick's heat; see model.py
+    conduction : of each material, m, by which theta is exchanged
+    mass : m3 of each material, by which enthalpy is exchanged: a compact or a consistent sum of heat
     """
 
     volume: Array
-    gx: Array
-    gy: Array
-    gz: Array
-    share: Array
+    conduction: Exchange
+    mass: Exchange
 
 
 class Surface(NamedTuple):
@@ -73,8 +74,8 @@ class Field(NamedTuple):
     heat, capacity, flow : H (J), dH/dT (J/K) and net heat inflow (W) of each node
     theta, conductivity, enthalpy, density_heat (M, N) : the integrals and their slopes, each
         material
-    shared : heat capacity that is shared along the edges through the thickness, J/K
-    ax, ay, az : edge conductances, W/K; diagonal : boundary conductance, W/K
+    conductance (N,), W/K, and capacitance (N,), J/K : the exchanges' derivatives, materials summed
+    diagonal : boundary conductance, W/K; surface_flow : see _surfaces; twists : work
     """
 
     heat: Array
@@ -84,12 +85,30 @@ class Field(NamedTuple):
     conductivity: Array
     enthalpy: Array
     density_heat: Array
-    shared: Array
-    ax: Array
-    ay: Array
-    az: Array
+    conductance: Exchange
+    capacitance: Exchange
     diagonal: Array
     surface_flow: Array
+    twists: Array
+
+
+def field_of(grid: Grid) -> Field:
+    """Room for a mesh's field."""
+    count, n = grid.volume.shape[0], grid.volume[0].size
+    return Field(
+        heat=np.zeros(n),
+        capacity=np.zeros(n),
+        flow=np.zeros(n),
+        theta=np.zeros((count, n)),
+        conductivity=np.zeros((count, n)),
+        enthalpy=np.zeros((count, n)),
+        density_heat=np.zeros((count, n)),
+        conductance=Exchange(*(np.zeros(n if part.size else 0) for part in grid.conduction)),
+        capacitance=Exchange(*(np.zeros(n if part.size else 0) for part in grid.mass)),
+        diagonal=np.zeros(n),
+        surface_flow=np.zeros(6),
+        twists=room(n if grid.mass.xz.size else 0, grid.volume[0, 0].size),
+    )
 
 
 @njit(cache=True, fastmath=FAST, inline="always")
@@ -141,8 +160,8 @@ def evaluate(
 ) -> None:
     """Fill `field` at a temperature field and the three gas temperatures (°C).
 
-    Edge conductances take the mean of the two nodes' conductivities: symmetric, and close
-    enough to the derivative of the flow for Newton's iteration.
+    The derivatives of what is exchanged take the mean of a part's nodes: symmetric, and close
+    enough for Newton's iteration.
     """
     count, nz, ny, nx = grid.volume.shape
     n = nz * ny * nx
@@ -151,12 +170,9 @@ def evaluate(
     heat[:] = 0.0
     capacity[:] = 0.0
     field.flow[:] = 0.0
-    field.ax[:] = 0.0
-    field.ay[:] = 0.0
-    field.az[:] = 0.0
-    field.shared[:] = 0.0
+    _clear(field.conductance)
+    _clear(field.capacitance)
     for m in range(count):
-        gx, gy, gz = grid.gx[m].reshape(n), grid.gy[m].reshape(n), grid.gz[m].reshape(n)
         theta, k = field.theta[m], field.conductivity[m]
         each_h, each_c = field.enthalpy[m], field.density_heat[m]
         for i in range(n):
@@ -166,42 +182,79 @@ def evaluate(
                 each_h[i], each_c[i] = h, c
                 heat[i] += v * h
                 capacity[i] += v * c
-        if nx > 1:
-            _edges(theta, k, gx, field.ax, field.flow, 1)
-        if ny > 1:
-            _edges(theta, k, gy, field.ay, field.flow, nx)
-        if nz > 1:
-            _edges(theta, k, gz, field.az, field.flow, nx * ny)
-            share = grid.share[m].reshape(n)
-            _edges(each_h, each_c, share, field.shared, heat, nx * ny)
+        _exchange_edges(theta, k, grid.conduction, m, field.conductance, field.flow, nx, nx * ny)
+        _exchange_edges(each_h, each_c, grid.mass, m, field.capacitance, heat, nx, nx * ny)
+    if field.twists.size > 0:
+        plane, twists = nx * ny, field.twists
+        exchange_twists(
+            field.theta,
+            field.conductivity,
+            grid.conduction,
+            field.conductance,
+            field.flow,
+            twists,
+            nx,
+            plane,
+        )
+        exchange_twists(
+            field.enthalpy, field.density_heat, grid.mass, field.capacitance, heat, twists, nx, plane
+        )
     _surfaces(temperature, gas, surface, field)
 
 
 @njit(cache=True, fastmath=FAST)
-def _edges(theta: Array, k: Array, g: Array, a: Array, flow: Array, stride: int) -> None:
-    """Add one material's conduction between nodes `stride` apart."""
-    n = theta.size - stride
-    _edge_loop(n, theta, theta[stride:], k, k[stride:], g, a, flow, flow[stride:])
+def _clear(exchange: Exchange) -> None:
+    exchange.x[:] = 0.0
+    exchange.y[:] = 0.0
+    exchange.z[:] = 0.0
+    exchange.xy[:] = 0.0
+    exchange.xz[:] = 0.0
+    exchange.yz[:] = 0.0
+    exchange.xyz[:] = 0.0
+
+
+@njit(cache=True, fastmath=FAST)
+def _exchange_edges(
+    f: Array, slope: Array, weight: Exchange, m: int, total: Exchange, into: Array, row: int, plane: int
+) -> None:
+    """Let material m exchange f (N,) into `into` along its edges; add its derivative to `total`.
+
+    row, plane : nodes in a row along x, and in a plane of constant z
+    """
+    n = f.size
+    if weight.x.size > 0:
+        _edges(f, slope, weight.x[m].reshape(n), total.x, into, 1)
+    if weight.y.size > 0:
+        _edges(f, slope, weight.y[m].reshape(n), total.y, into, row)
+    if weight.z.size > 0:
+        _edges(f, slope, weight.z[m].reshape(n), total.z, into, plane)
+
+
+@njit(cache=True, fastmath=FAST)
+def _edges(f: Array, slope: Array, w: Array, total: Array, into: Array, stride: int) -> None:
+    """Between nodes `stride` apart."""
+    n = f.size - stride
+    _edge_loop(n, f, f[stride:], slope, slope[stride:], w, total, into, into[stride:])
 
 
 @njit(cache=True, fastmath=FAST)
 def _edge_loop(
     n: int,
-    theta0: Array,
-    theta1: Array,
-    k0: Array,
-    k1: Array,
-    g: Array,
-    a: Array,
-    flow0: Array,
-    flow1: Array,
+    f0: Array,
+    f1: Array,
+    slope0: Array,
+    slope1: Array,
+    w: Array,
+    total: Array,
+    into0: Array,
+    into1: Array,
 ) -> None:
     for i in range(n):
-        if g[i] > 0.0:
-            q = g[i] * (theta1[i] - theta0[i])
-            flow0[i] += q
-            flow1[i] -= q
-            a[i] += 0.5 * g[i] * (k0[i] + k1[i])
+        if w[i] > 0.0:
+            q = w[i] * (f1[i] - f0[i])
+            into0[i] += q
+            into1[i] -= q
+            total[i] += 0.5 * w[i] * (slope0[i] + slope1[i])
 
 
 @njit(cache=True, fastmath=FAST)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .conduction import Array, Field, evaluate
+from .conduction import Array, evaluate, field_of
 from .furnace import Furnace
 from .linear import conjugate_gradients, factor_lines, krylov
 from .method import METHODS, SDIRK2, Method
@@ -82,28 +82,14 @@ class Heat:
         self.model = model
         self.furnace: Furnace = model.furnace if furnace is None else furnace
         self.method = method or METHODS[model.scene.solver.method]
-        count, nz, ny, nx = model.grid.volume.shape
+        _count, nz, ny, nx = model.grid.volume.shape
         n = nz * ny * nx
         self._nx, self._plane = nx, nx * ny
         self.temperature = np.full(n, model.initial)
         self.rate = np.zeros(n)
         self.count = np.zeros(2, dtype=np.int64)
-        self._field = Field(
-            heat=np.zeros(n),
-            capacity=np.zeros(n),
-            flow=np.zeros(n),
-            theta=np.zeros((count, n)),
-            conductivity=np.zeros((count, n)),
-            enthalpy=np.zeros((count, n)),
-            density_heat=np.zeros((count, n)),
-            shared=np.zeros(n),
-            ax=np.zeros(n),
-            ay=np.zeros(n),
-            az=np.zeros(n),
-            diagonal=np.zeros(n),
-            surface_flow=np.zeros(6),
-        )
-        self._krylov = krylov(n, self._plane)
+        self._field = field_of(model.grid)
+        self._krylov = krylov(n, self._plane, model.mesh.finite_elements)
         self._correction = np.zeros(n)
         self._trial = np.zeros(n)
         self._base = np.zeros(n)

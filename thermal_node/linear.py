@@ -6,7 +6,7 @@ removes that stiffness, and what is left, conduction in the plane, takes a few i
 
 Vectors that are multiplied carry a plane of zeros in front and behind, so that the seven-point
 product is one loop without borders. Loops are kept few and plane by plane: the time goes into
-moving memory.
+moving memory. What finite elements have beside their edges is in twists.py.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .conduction import FAST, Field
+from .compiled import FAST
+from .conduction import Field
+from .twists import add_product, add_to_lines, room
 
 Array = NDArray[np.float64]
 
@@ -25,34 +27,48 @@ Array = NDArray[np.float64]
 class Krylov(NamedTuple):
     """The matrix diag(C) + g (conduction + boundary) and work vectors, allocated once.
 
-    diagonal, pivot (N,) : the matrix's, and the inverse pivots of its lines
-    lower (N + plane,) : the lines' factors, of the edge to the plane before
-    ex, ey, ez (N + plane,) : edges times g, the edge of node i at plane + i
-    p (N + 2 plane,) : direction, node i at plane + i; r, z, q (N,)
+    diagonal (N,) : the matrix's without faces and bodies
+    ex, ey, ez (N + plane,) : edges, the edge of node i at plane + i
+    faces (3, N), bodies (N,) : their weights, of size 0 where there are none; twists : their work
+    own (N,), line (N + plane,) : diagonal and edges of the lines through the thickness
+    pivot (N,), lower (N + plane,) : the lines' factors: inverse pivots, and of the edge to the
+        plane before
+    p (N + 3 plane,) : direction, node i at plane + i; r, z, q (N,)
     """
 
     diagonal: Array
-    pivot: Array
-    lower: Array
     ex: Array
     ey: Array
     ez: Array
+    faces: Array
+    bodies: Array
+    twists: Array
+    own: Array
+    line: Array
+    pivot: Array
+    lower: Array
     p: Array
     r: Array
     z: Array
     q: Array
 
 
-def krylov(n: int, plane: int) -> Krylov:
+def krylov(n: int, plane: int, finite_elements: bool) -> Krylov:
     """Work space for n nodes, `plane` of them in a plane of constant z."""
+    diagonal, ez = np.zeros(n), np.zeros(n + plane)
     return Krylov(
-        diagonal=np.zeros(n),
-        pivot=np.zeros(n),
-        lower=np.zeros(n + plane),
+        diagonal=diagonal,
         ex=np.zeros(n + plane),
         ey=np.zeros(n + plane),
-        ez=np.zeros(n + plane),
-        p=np.zeros(n + 2 * plane),
+        ez=ez,
+        faces=np.zeros((3, n if finite_elements else 0)),
+        bodies=np.zeros(n if finite_elements else 0),
+        twists=room(n if finite_elements else 0, plane),
+        own=np.zeros(n) if finite_elements else diagonal,
+        line=np.zeros(n + plane) if finite_elements else ez,
+        pivot=np.zeros(n),
+        lower=np.zeros(n + plane),
+        p=np.zeros(n + 3 * plane),
         r=np.zeros(n),
         z=np.zeros(n),
         q=np.zeros(n),
@@ -66,10 +82,10 @@ def factor_lines(field: Field, g: float, nx: int, plane: int, k: Krylov) -> None
     nx, plane : nodes in a row along x, and in a plane of constant z
     """
     n, o = field.capacity.size, plane
-    np.multiply(field.ax, g, k.ex[o:])
-    np.multiply(field.ay, g, k.ey[o:])
-    for i in range(n):
-        k.ez[o + i] = g * field.az[i] - field.shared[i]
+    conducts, holds = field.conductance, field.capacitance
+    _weigh(conducts.x, g, holds.x, k.ex[o:])
+    _weigh(conducts.y, g, holds.y, k.ey[o:])
+    _weigh(conducts.z, g, holds.z, k.ez[o:])
     _diagonal(
         k.diagonal,
         field.capacity,
@@ -82,10 +98,29 @@ def factor_lines(field: Field, g: float, nx: int, plane: int, k: Krylov) -> None
         k.ez[o:],
         k.ez,
     )
-    _pivot(k.pivot[:o], k.diagonal[:o], k.ez[:o], k.lower[:o], k.pivot[:o])
+    if k.bodies.size > 0:
+        _weigh(conducts.xy, g, holds.xy, k.faces[0])
+        _weigh(conducts.xz, g, holds.xz, k.faces[1])
+        _weigh(conducts.yz, g, holds.yz, k.faces[2])
+        _weigh(conducts.xyz, g, holds.xyz, k.bodies)
+        k.own[:] = k.diagonal
+        k.line[:] = k.ez
+        add_to_lines(k.own, k.line, k.faces, k.bodies, nx, plane)
+    _pivot(k.pivot[:o], k.own[:o], k.line[:o], k.lower[:o], k.pivot[:o])
     for s in range(o, n, o):
         e = s + o
-        _pivot(k.pivot[s:e], k.diagonal[s:e], k.ez[s:e], k.lower[s:e], k.pivot[s - o : s])
+        _pivot(k.pivot[s:e], k.own[s:e], k.line[s:e], k.lower[s:e], k.pivot[s - o : s])
+
+
+@njit(cache=True, fastmath=FAST)
+def _weigh(conductance: Array, g: float, capacitance: Array, weight: Array) -> None:
+    """Weights of the matrix: heat that is exchanged lies where it doesn't conduct, hence the sign."""
+    if capacitance.size == 0:
+        for i in range(conductance.size):
+            weight[i] = g * conductance[i]
+    else:
+        for i in range(conductance.size):
+            weight[i] = g * conductance[i] - capacitance[i]
 
 
 @njit(cache=True, fastmath=FAST)
@@ -203,6 +238,15 @@ def _stencil(
 @njit(cache=True, fastmath=FAST)
 def _multiply(nx: int, plane: int, k: Krylov) -> float:
     """q = (matrix) p, and p.q."""
+    total = _multiply_edges(nx, plane, k)
+    if k.bodies.size > 0:
+        total = add_product(k.p[plane:], k.q, k.faces, k.bodies, k.twists, nx, plane)
+    return total
+
+
+@njit(cache=True, fastmath=FAST)
+def _multiply_edges(nx: int, plane: int, k: Krylov) -> float:
+    """q = (matrix without faces and bodies) p, and p.q."""
     n, o = k.q.size, plane
     p, ex, ey, ez = k.p, k.ex, k.ey, k.ez
     return _stencil(

@@ -10,6 +10,7 @@ from .conduction import Array, Grid, Surface, Tables
 from .furnace import FILM_COEFFICIENT, Furnace, furnace_of
 from .materials import STEEL_DENSITY, Curve, Material, constant, steel, table
 from .mesh.door import door_mesh
+from .mesh.exchange import Exchange
 from .mesh.leaf import LeafMesh
 from .schema import MaterialPart, Property, Scene, SurfacePart
 
@@ -17,7 +18,7 @@ HELD = 1e9
 """W/(m2 K) of a surface that is held at its gas' temperature."""
 BINS = 4096
 QUICK = 0.2
-"""s; see _share."""
+"""s; see _compact."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +70,8 @@ def door_model(scene: Scene) -> DoorModel:
         tables=_tables(materials),
         grid=Grid(
             mesh.volume,
-            mesh.conductance_x,
-            mesh.conductance_y,
-            mesh.conductance_z,
-            _share(mesh, materials),
+            mesh.conduction,
+            mesh.mass if mesh.finite_elements else _compact(mesh, materials),
         ),
         surface=Surface(area, film, emissivity),
         gas=(
@@ -86,22 +85,22 @@ def door_model(scene: Scene) -> DoorModel:
     )
 
 
-def _share(mesh: LeafMesh, materials: tuple[Material, ...]) -> Array:
-    """Volume (M, nz, ny, nx), m3, whose heat neighbours through the thickness exchange.
+def _compact(mesh: LeafMesh, materials: tuple[Material, ...]) -> Exchange:
+    """Volume, m3, whose heat neighbours through the thickness exchange.
 
     With a twelfth of a brick at its far end the sum of its heat is the compact one, of fourth
     order. But in a brick that heat crosses slowly it would make one end colder while the other
     warms; so it is used in full only where a brick settles within QUICK.
     """
-    share = np.zeros_like(mesh.conductance_z)
+    share = np.zeros_like(mesh.volume)
     thickness = np.diff(mesh.z)
     for m, material in enumerate(materials):
         heat = material.density * float(material.specific_heat.values.max())
         slowest = float(material.conductivity.values.min())
         settles = thickness**2 * heat / (12.0 * slowest)
         part = np.minimum(1.0, QUICK / settles) / 12.0
-        share[m, :-1] = mesh.conductance_z[m, :-1] * (part * thickness**2)[:, None, None]
-    return share
+        share[m, :-1] = mesh.conduction.z[m, :-1] * (part * thickness**2)[:, None, None]
+    return mesh.mass._replace(z=share)
 
 
 def _meets(part: SurfacePart, film: float, emissivity: float) -> tuple[float, float]:

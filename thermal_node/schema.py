@@ -231,12 +231,14 @@ class MeshPart(Part):
     in_plane : bricks across and up the modelled part, the rim's brick with them
     layers : bricks through each layer
     first_brick : m, width of the brick beside the rim; widths grow from there geometrically
+    discretisation : finite volumes, or the trilinear finite elements of most other programs
     """
 
     in_plane: tuple[Count, Count] = (20, 40)
     layers: tuple[Count, ...] | None = None
     symmetry: Literal["quarter", "half", "none"] = "quarter"
     first_brick: Thickness = 2.5e-3
+    discretisation: Literal["finite_volume", "finite_element"] = "finite_volume"
 
 
 def _step(value: Any) -> Any:

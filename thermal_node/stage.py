@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .conduction import FAST, Field, Grid, Surface, Tables, evaluate, heat_at
+from .compiled import FAST
+from .conduction import Field, Grid, Surface, Tables, evaluate, heat_at
 from .linear import Krylov, conjugate_gradients, factor_lines
 
 Array = NDArray[np.float64]

@@ -3,8 +3,9 @@
 The reference marched with implicit Euler and 10 s steps; its hot face is 6 K off its own
 time-converged value at 60 s (136.0 against 129.9 °C in the reference's own text). So the march
 is compared like for like with 10 s steps, and the adaptive march where that error has died out.
-What then remains is the error of the reference's bricks: a program of such bricks gives the table
-itself, and the reference's own program on a finer mesh gives what ours does.
+What then remains of finite volumes is the error of the reference's bricks: finite elements of ours and a
+program of such bricks give the table itself, and the reference's own program on a finer mesh gives what
+finite volumes do.
 Its probes are the nodes nearest to the named places: on the same graded mesh so are ours.
 """
 
@@ -57,7 +58,19 @@ def columns(run):
     }
 
 
-def test_like_for_like_with_the_references_own_steps(reference):
+def test_like_for_like_with_the_references_own_steps_and_elements(reference):
+    """Within 1 K at every probe and minute, 2 K to 120 s; measured 0.93 and 1.11 K."""
+    scene = door(solver={"method": "implicit_euler", "step": 10.0})
+    scene["mesh"]["discretisation"] = "finite_element"
+    ours = columns(simulate(load_scene(scene)))
+    early = reference["t_s"] <= 120.0
+    for name, values in ours.items():
+        error = np.abs(values - reference[name])
+        assert error[early].max() < 2.0, name
+        assert error[~early].max() < 1.0, name
+
+
+def test_finite_volumes_with_the_references_own_steps(reference):
     scene = door(solver={"method": "implicit_euler", "step": 10.0})
     ours = columns(simulate(load_scene(scene)))
     early = reference["t_s"] <= 120.0

@@ -68,7 +68,8 @@ def door_mesh(scene: Scene) -> LeafMesh:
         through[edge] = leaf.rim.contact
     steady = scene.solver.model == "steady" and scene.exposed.held is None
     held = (bool(scene.exposed.held) or steady, bool(scene.unexposed.held))
-    return leaf_mesh(x, y, z, material, names, through, lateral, layer_of, mirror, held)
+    finite_elements = scene.mesh.discretisation == "finite_element"
+    return leaf_mesh(x, y, z, material, names, through, lateral, layer_of, mirror, held, finite_elements)
 
 
 def _through(scene: Scene, counts: tuple[int, ...]) -> tuple[Array, np.ndarray]:

@@ -1,13 +1,18 @@
 """The leaf as a structured grid of bricks: layers through the thickness, a rim around them.
 
 x runs across the width and y up the height, both from the leaf's centre; z runs from the
-exposed to the unexposed face. Heat is balanced around nodes (vertex-centred finite volumes):
+exposed to the unexposed face.
+
+Finite volumes: heat is balanced around nodes (vertex-centred):
 what a brick holds is shared among nodes by `quadrature.shares`, and along each edge between two
 nodes the bricks' share of cross-section conducts. No node can be colder than all it exchanges heat
 with, however flat the brick; a steel sheet 1 mm thick with nodes 25 mm apart needs that. The shares
 are those of a cubic, along every direction and layer by layer, for heat, surfaces and cross-sections
 alike, so that twelve bricks do for wool what some twenty would. At a face whose temperature is held
 they are the trapezium rule's: its heat is not asked for.
+
+Finite elements: trilinear bricks with consistent capacity, as most programs have them; surfaces are
+lumped at their nodes.
 """
 
 from __future__ import annotations
@@ -17,7 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .quadrature import shares
+from .exchange import Exchange
+from .quadrature import halves, shares
 
 Array = NDArray[np.float64]
 
@@ -30,21 +36,21 @@ class LeafMesh:
     ----------
     x (nx,), y (ny,), z (nz,) : m; one entry where the model does not resolve a direction
     volume (M, nz, ny, nx) : m3 of each material at each node
-    conductance_x, conductance_y, conductance_z (M, nz, ny, nx) : m, cross-section over
-        distance of each material from a node to its neighbour in the positive direction
+    conduction : of each material, m; for an edge its cross-section over its length
+    mass : of each material, m3; what a consistent capacity has beside the lumped one
     exposed_area, unexposed_area (ny, nx) : m2; lateral_area (nz, ny, nx) : m2
     brick_layer (bz,) : layer of each brick through the thickness
     brick_material (bz, by, bx) : index into material_names
     mirror : the directions ("x", "y") in which the modelled part is mirrored to the whole
+    finite_elements : whether bricks are trilinear elements, not finite volumes
     """
 
     x: Array
     y: Array
     z: Array
     volume: Array
-    conductance_x: Array
-    conductance_y: Array
-    conductance_z: Array
+    conduction: Exchange
+    mass: Exchange
     exposed_area: Array
     unexposed_area: Array
     lateral_area: Array
@@ -52,6 +58,7 @@ class LeafMesh:
     brick_layer: NDArray[np.int64]
     brick_material: NDArray[np.int64]
     mirror: tuple[str, ...]
+    finite_elements: bool
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -81,6 +88,7 @@ def leaf_mesh(
     brick_layer: NDArray[np.int64] | None = None,
     mirror: tuple[str, ...] = (),
     held: tuple[bool, bool] = (False, False),
+    finite_elements: bool = False,
 ) -> LeafMesh:
     """Collect the bricks of a tensor grid at its nodes.
 
@@ -88,6 +96,7 @@ def leaf_mesh(
     brick_material (bz, by, bx) : index into `material_names` (1 brick where not resolved)
     through_factor (bz, by, bx) : scales conduction along z (a rim with poor contact)
     held : whether the exposed and the unexposed face are held at a temperature
+    finite_elements : trilinear bricks instead of finite volumes
     lateral : whether the sides at -x, +x, -y, +y are the leaf's edge and not a symmetry plane
     """
     dx, dy, dz = (np.diff(c) if len(c) > 1 else np.ones(1) for c in (x, y, z))
@@ -95,14 +104,15 @@ def leaf_mesh(
     count = len(material_names)
     if through_factor is None:
         through_factor = np.ones(brick_material.shape)
-    area_x = dz[:, None, None] * dy[None, :, None] * np.ones_like(dx)[None, None, :]
-    area_y = dz[:, None, None] * np.ones_like(dy)[None, :, None] * dx[None, None, :]
-    area_z = np.ones_like(dz)[:, None, None] * dy[None, :, None] * dx[None, None, :]
+    size = dz[:, None, None] * dy[None, :, None] * dx[None, None, :]
     if brick_layer is None:
         brick_layer = np.zeros(len(dz), dtype=np.int64)
-    across = shares(x, _runs(brick_material, 2), ("x" in mirror, False))
-    up = shares(y, _runs(brick_material, 1), ("y" in mirror, False))
-    through = shares(z, brick_layer, held)
+    if finite_elements:
+        across, up, through = halves(nx), halves(ny), halves(nz)
+    else:
+        across = shares(x, _runs(brick_material, 2), ("x" in mirror, False))
+        up = shares(y, _runs(brick_material, 1), ("y" in mirror, False))
+        through = shares(z, brick_layer, held)
 
     def to_nodes(bricks: Array, axes: str) -> Array:
         """Share what bricks hold among their nodes along each of `axes`; elsewhere by edge."""
@@ -114,17 +124,29 @@ def leaf_mesh(
             bricks = np.einsum("nb,kjb->kjn", across, bricks)
         return bricks
 
-    volume = np.zeros((count, nz, ny, nx))
-    gx, gy, gz = np.zeros_like(volume), np.zeros_like(volume), np.zeros_like(volume)
-    for m in range(count):
-        mine = (brick_material == m).astype(float)
-        volume[m] = to_nodes(mine * area_x * dx, "xyz")
-        if nx > 1:
-            gx[m, :, :, :-1] = to_nodes(mine * area_x / dx, "yz")
-        if ny > 1:
-            gy[m, :, :-1, :] = to_nodes(mine * area_y / dy[:, None], "xz")
-        if nz > 1:
-            gz[m, :-1] = to_nodes(mine * through_factor * area_z / dz[:, None, None], "xy")
+    def part(bricks: Array, along: str) -> Array:
+        """What parts that stretch along some axes have of the bricks (M, bz, by, bx), at first nodes."""
+        out = np.zeros((count, nz, ny, nx))
+        for m in range(count):
+            found = to_nodes(bricks[m], "".join(axis for axis in "xyz" if axis not in along))
+            out[m, : found.shape[0], : found.shape[1], : found.shape[2]] = found
+        return out
+
+    resolved = "".join(axis for axis, nodes in zip("xyz", (nx, ny, nz), strict=True) if nodes > 1)
+    there = [along for along in Exchange._fields if set(along) <= set(resolved)]
+    mine: Array = np.stack([brick_material == m for m in range(count)]) * size
+    conducts = {"x": mine / dx**2, "y": mine / dy[:, None] ** 2}
+    conducts["z"] = mine * through_factor / dz[:, None, None] ** 2
+    nothing: Array = np.zeros((count, 0, 0, 0))
+    conduction = dict.fromkeys(Exchange._fields, nothing)
+    mass = dict.fromkeys(Exchange._fields, nothing)
+    for along in there:
+        order = len(along)
+        if order == 1 or finite_elements:
+            sides = np.sum([conducts[axis] for axis in along], axis=0)
+            conduction[along] = part((-1 / 6) ** (order - 1) * sides, along)
+        if finite_elements:
+            mass[along] = part(-((-1 / 6) ** order) * mine, along)
     face = to_nodes((dy[:, None] * dx)[None], "xy")[0]
     side_x = to_nodes((dz[:, None] * dy)[:, :, None], "yz")[:, :, 0]
     side_y = to_nodes(dz[:, None, None] * dx, "xz")[:, 0, :]
@@ -141,10 +163,9 @@ def leaf_mesh(
         x=x,
         y=y,
         z=z,
-        volume=volume,
-        conductance_x=gx,
-        conductance_y=gy,
-        conductance_z=gz,
+        volume=np.stack([to_nodes(m, "xyz") for m in mine]),
+        conduction=Exchange(**conduction),
+        mass=Exchange(**mass),
         exposed_area=face,
         unexposed_area=face.copy(),
         lateral_area=side,
@@ -152,6 +173,7 @@ def leaf_mesh(
         brick_layer=brick_layer,
         brick_material=brick_material,
         mirror=mirror,
+        finite_elements=finite_elements,
     )
 
 

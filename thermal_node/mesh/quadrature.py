@@ -21,6 +21,16 @@ layer of few, very uneven bricks), the layer goes as far towards it as this allo
 GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 18.0
 
 
+def halves(nodes: int) -> Array:
+    """The trapezium rule's shares (nodes, bricks): half of each brick to either node."""
+    if nodes == 1:
+        return np.ones((1, 1))
+    out = np.zeros((nodes, nodes - 1))
+    brick = np.arange(nodes - 1)
+    out[brick, brick] = out[brick + 1, brick] = 0.5
+    return out
+
+
 def shares(line: Array, run: NDArray[np.int64], even: tuple[bool, bool]) -> Array:
     """The share (nodes, bricks) of each brick's size that each node stands for; columns sum to 1.
 
@@ -47,20 +57,19 @@ def _layer(x: Array, mirrored: tuple[bool, bool]) -> Array:
     after = source[-3:-1][::-1] if mirrored[1] else source[:0]
     position = np.concatenate([2.0 * x[0] - x[before], x, 2.0 * x[-1] - x[after]])
     source = np.concatenate([before, source, after])
-    halves = np.zeros((n, n - 1))
+    trapezium = halves(n)
     cubic = np.zeros((n, n - 1))
     for brick in range(n - 1):
-        halves[brick : brick + 2, brick] = 0.5
         at = brick + len(before)
         window = slice(max(0, at - 1), at + 3)
         middle, half = 0.5 * (x[brick] + x[brick + 1]), 0.5 * (x[brick + 1] - x[brick])
         mean = _mean_of_lagrange(position[window], middle + half * GAUSS[0])
         np.add.at(cubic[:, brick], source[window], mean)
     width = np.diff(x)
-    plain = halves @ width
+    plain = trapezium @ width
     lost = np.max((plain - cubic @ width) / plain)
     part = min(1.0, (1.0 - LEAST) / lost) if lost > 0.0 else 1.0
-    return np.asarray(halves + part * (cubic - halves))
+    return np.asarray(trapezium + part * (cubic - trapezium))
 
 
 def _mean_of_lagrange(nodes: Array, at: Array) -> Array:
