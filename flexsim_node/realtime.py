@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -21,7 +21,7 @@ from .acceleration import OK
 from .pace import SECOND, Histogram, Pace, go_first, sleep_finely
 from .report import Report
 from .simulation import Simulation
-from .validity import LOOK_PERIOD
+from .validity import LOOK_PERIOD, Seen, ValidityWatch
 
 MODES = ("realtime", "lockstep", "fast")
 # How often a state is repeated while time stands still.
@@ -32,6 +32,8 @@ ARRIVAL = 3
 # Lockstep: commands that may wait; a step that was asked for waits so long for its command, s.
 LONGEST_QUEUE = 100_000
 COMMAND_PATIENCE = 10.0
+# With so many ticks from check to check each takes a bit of it: all of it at once may take most of a tick.
+BITS = 20
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,16 @@ class Job:
     progress: Callable[[int], bool]
     since: float
     taken: int = 0
+
+
+@dataclass(frozen=True)
+class Account:
+    """What the stepping thread knows of itself each second, without what takes long to work out."""
+
+    report: Report
+    watch: ValidityWatch
+    seen: Seen
+    warning: str
 
 
 class Loop:
@@ -94,7 +106,7 @@ class Loop:
         self.outputs = list(outputs)
         self.period = period
         self.command_timeout = command_timeout
-        self.report = Report()
+        self._account = Account(Report(), robot.watch, robot.watch.so_far(), "")
         self.failure: Exception | None = None
         self.pace = Pace(round(steps * robot.step_size * SECOND))
         self._check_every = max(1, round(LOOK_PERIOD / (steps * robot.step_size)))
@@ -134,6 +146,25 @@ class Loop:
     def time(self) -> int:
         """Simulated time, ns; counted in whole steps, so that it does not drift."""
         return self._offset + round(self._taken * self.robot.step_size * SECOND)
+
+    @property
+    def report(self) -> Report:
+        """How it went until the account that was taken last, put together by who asks."""
+        account, pace = self._account, self.pace
+        validity = account.watch.findings(account.seen)
+        warning = account.warning or " ".join(f.sentence() for f in validity if f.passed == "warn")
+        return replace(
+            account.report,
+            step_p50=self._step_time.quantile(0.5),
+            step_p99=self._step_time.quantile(0.99),
+            step_worst=self._step_time.worst / SECOND,
+            tick_p99=self._tick_time.quantile(0.99),
+            tick_worst=self._tick_time.worst / SECOND,
+            late_p99=pace.lateness.quantile(0.99),
+            late_worst=pace.lateness.worst / SECOND,
+            warning=warning,
+            validity=validity,
+        )
 
     @property
     def trouble(self) -> str:
@@ -375,7 +406,10 @@ class Loop:
             self._taken += 1
         self._index += 1
         self._ticks += 1
-        if self._ticks % self._check_every == 0:
+        due = self._ticks % self._check_every == 0
+        if self._check_every >= BITS:
+            robot.glance(due)
+        elif due:
             robot.check()
         self._publish()
         now = time.monotonic_ns()
@@ -417,7 +451,7 @@ class Loop:
         return "running" if started else "waiting"
 
     def _take_report(self, now: int) -> None:
-        if now < self._next_report and not self._since and self.report.phase == self._phase():
+        if now < self._next_report and not self._since and self._account.report.phase == self._phase():
             return
         self._next_report = now + REPORT_PERIOD
         tick = self.steps * self.robot.step_size
@@ -428,8 +462,7 @@ class Loop:
         kinetic, elastic, gravitational = map(float, self.robot.energy())
         overruns = self.pace.overruns
         loops, watch = self.robot.singularity, self.robot.watch
-        warnings = [loops.warning] if loops and loops.warning else watch.sentences("warn")
-        self.report = Report(
+        report = Report(
             phase=self._phase(),
             status=self.robot.reason,
             time=self.time / SECOND,
@@ -440,20 +473,12 @@ class Loop:
             recent_overruns=overruns - last_overruns,
             longest_run=self.pace.longest_run,
             lost=self.pace.lost / SECOND,
-            step_p50=self._step_time.quantile(0.5),
-            step_p99=self._step_time.quantile(0.99),
-            step_worst=self._step_time.worst / SECOND,
-            tick_p99=self._tick_time.quantile(0.99),
-            tick_worst=self._tick_time.worst / SECOND,
-            late_p99=self.pace.lateness.quantile(0.99),
-            late_worst=self.pace.lateness.worst / SECOND,
             timeouts=self._timeouts,
             real_time_priority=self._first,
             energy=(kinetic, elastic, gravitational),
             conditioning=loops.worst if loops else None,
-            warning=" ".join(warnings),
-            validity=watch.findings(),
         )
+        self._account = Account(report, watch, watch.so_far(), loops.warning if loops else "")
         if self.robot.status == OK:
             watch.clear()
         if loops is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
 import numpy as np
 
@@ -110,6 +110,7 @@ class Simulation:
     def _take_plant(self, k: int) -> None:
         self._plant = k
         (self.model, self.work, self.arrays, self.view, self.sensors, self.watch) = self._robots[k]
+        self._check: Generator[None] | None = None
 
     def set_faults(self, scene: Scene) -> None:
         """Take the faults of a scene that is otherwise this one's; what is on its way is forgotten.
@@ -161,6 +162,7 @@ class Simulation:
         self.status = OK
         self.prepare()
         self.watch.clear()
+        self._check = None
 
     def assemble(self) -> None:
         """Close the loops by moving passive joints, and let the robot come to rest where the scene says so.
@@ -274,6 +276,15 @@ class Simulation:
         if self.status == OK and not self.watch.look(self.x):
             self.status = NOT_VALID
         return self.status == OK
+
+    def glance(self, begin: bool) -> None:
+        """Check bit by bit, a bit a call, for who has deadlines; `begin` a check unless one is under way."""
+        if begin and self._check is None:
+            self._check = self.watch.glances(self.x.copy())
+        if self._check is not None and next(self._check, True):
+            self._check = None
+            if self.status == OK and self.watch.beyond:
+                self.status = NOT_VALID
 
     @property
     def reason(self) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,6 +74,13 @@ class Finding:
         return f"{where}{WORDS[k]} reaches {self.value:.3g}{unit}, beyond {key} = {limit:g}; {advice}"
 
 
+class Seen(NamedTuple):
+    """The largest of each figure so far (6,), and the links where it was, -1 for none."""
+
+    values: tuple[float, ...]
+    links: tuple[int, ...]
+
+
 class ValidityWatch:
     """Gathers what every step's watch wrote into `seen` (2, 3), and looks at the rest now and then."""
 
@@ -88,26 +97,42 @@ class ValidityWatch:
 
     def look(self, x: np.ndarray) -> bool:
         """Take axial load and the conditions of J_0 and of the mass matrix at x (n,); False beyond a stop."""
+        for _ in self.glances(x):
+            pass
+        return not self.beyond
+
+    def glances(self, x: np.ndarray) -> Generator[None]:
+        """The same bit by bit, for who has deadlines; x must stay as it is."""
         model = self.model
         loads = axial_loads(model, self._work, x)
+        yield
+        own = erls_condition(model.chain, model.zeroed, x[: model.joints]) if model.swings else 1.0
+        yield
+        inertia = yield from mass_condition(model, self._work, x)
         if loads.max() > self.sampled[0]:
             self.pushed = int(np.argmax(loads))
-        own = erls_condition(model.chain, model.zeroed, x[: model.joints]) if model.swings else 1.0
-        now = loads.max(), own, mass_condition(model, self._work, x)
-        np.maximum(self.sampled, now, out=self.sampled)
-        return not any(finding.passed == "stop" for finding in self.findings())
+        np.maximum(self.sampled, (loads.max(), own, inertia), out=self.sampled)
 
-    def findings(self) -> tuple[Finding, ...]:
-        """Every figure with its limits."""
+    @property
+    def beyond(self) -> bool:
+        """Whether anything that was looked at is beyond its stop."""
+        return bool(np.any([*self.seen[0], *self.sampled] > self.model.limits[:, 1]))
+
+    def so_far(self) -> Seen:
+        """What was seen, to be put into words later."""
+        values = (*self.seen[0].tolist(), *self.sampled.tolist())
+        return Seen(values, (*self.seen[1].astype(int).tolist(), self.pushed, -1, -1))
+
+    def findings(self, seen: Seen | None = None) -> tuple[Finding, ...]:
+        """Every figure with its limits; of what was seen so far."""
         names = [link.name for link in self.model.scene.links]
-        values = [*self.seen[0], *self.sampled]
-        links = [*self.seen[1].astype(int), self.pushed, -1, -1]
+        values, links = seen or self.so_far()
         found = []
         for k, name in enumerate(NAMES):
             link = names[links[k]] if values[k] > 0.0 and links[k] >= 0 else ""
             warn, stop = map(float, self.model.limits[k])
             moving = bool(self.model.chain.co_moving)
-            found.append(Finding(name, float(values[k]), link, warn, stop, moving))
+            found.append(Finding(name, values[k], link, warn, stop, moving))
         return tuple(found)
 
     def sentences(self, passed: str) -> tuple[str, ...]:
@@ -140,8 +165,8 @@ def axial_loads(model: Model, work, x: np.ndarray) -> np.ndarray:
     return found
 
 
-def mass_condition(model: Model, work, x: np.ndarray) -> float:
-    """Condition of the joints' inertia (m, m) at the unknowns x (n,).
+def mass_condition(model: Model, work, x: np.ndarray) -> Generator[None, None, float]:
+    """Condition of the joints' inertia (m, m) at the unknowns x (n,), bit by bit.
 
     Where joints turn and slide, angles count as lengths at the robot's reach.
     """
@@ -152,6 +177,7 @@ def mass_condition(model: Model, work, x: np.ndarray) -> float:
     for k, unit in enumerate(np.eye(x.size)[:m]):
         residual(chain, work, x, zero, unit, torque, column)
         inertia[k] = base[:m] - column[:m]
+        yield
     slides = chain.link[model.joint_links, KIND] == PRISMATIC
     scale = np.where(slides, 1.0, 1.0 / (np.sum(np.abs(chain.joint[:, TIP])) or 1.0))
     return float(np.linalg.cond(inertia * scale * scale[:, None]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,8 +21,8 @@ PATIENCE = 60.0
 
 
 @contextmanager
-def looped(mode: str, **options: int) -> Iterator[Loop]:
-    robot = Simulation(load_scene(SCENE))
+def looped(mode: str, changes: dict[str, object] | None = None, **options: int) -> Iterator[Loop]:
+    robot = Simulation(load_scene(SCENE, changes))
     robot.warm()
     loop = Loop(robot, 1, mode, [], **options)  # type: ignore[arg-type]
     loop.start()
@@ -82,3 +83,19 @@ def test_slow_rates_are_scheduled_at_once() -> None:
     for rate in (0.0, 0.01, 2e5, float("nan"), float("inf")):
         with pytest.raises(SettingError, match=r"give 0\.1 to 100000 Hz"):
             schedule(Settings(scene="robot.yaml", rate=rate), 1e-3)
+
+
+@pytest.mark.parametrize(("step", "ticks"), [(1e-3, 104), (0.02, 5)])
+def test_what_is_looked_at_now_and_then_stops_it(step: float, ticks: int) -> None:
+    """Bit by bit where ticks are short, at once where they are long; the report says why."""
+    low = {"validity.mass_condition": {"warn": 1.0, "stop": 1.001}, "solver.step": step}
+    with looped("fast", low) as loop:
+        deadline = time.monotonic() + PATIENCE
+        while loop.report.phase != "stopped" and time.monotonic() < deadline:
+            time.sleep(0.01)
+        report = loop.report
+    assert report.phase == "stopped" and "condition of the mass matrix" in report.status
+    assert report.ticks == ticks
+    figures = {finding.name: finding.value for finding in report.validity}
+    assert figures["mass_condition"] > 1.001
+    assert 0.0 < report.step_p50 <= report.step_p99 <= report.step_worst <= report.tick_worst

@@ -5,7 +5,7 @@ import pytest
 from scenes import anthropomorphic, link, robot, two_link
 
 from flexsim_node import SceneError, load_scene, simulate
-from flexsim_node.acceleration import NOT_VALID
+from flexsim_node.acceleration import NOT_VALID, OK
 from flexsim_node.simulation import Simulation
 
 PUSH = {"base:bar": lambda t: np.array([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0])}
@@ -76,6 +76,38 @@ def test_condition_of_the_mass_matrix():
     limit = {"validity.mass_condition": {"warn": 10.0, "stop": 100.0}, "initial.position": [0, np.pi / 2, 0]}
     stopped = simulate(load_scene(scene, limit), duration=0.002)
     assert "rotor_inertia" in stopped.status
+
+
+UPRIGHT = {"initial.position": [0.0, np.pi / 2, 0.0]}
+
+
+@pytest.mark.parametrize(("stop", "status"), [(100.0, NOT_VALID), (1e12, OK)])
+def test_a_check_bit_by_bit_is_the_check(stop, status):
+    """For a tick with a deadline: the same figures and the same end, of the state at which it began."""
+    scene = anthropomorphic(gravity=[0.0, 0.0, 0.0])
+    limit = {"validity.mass_condition": {"warn": 10.0, "stop": stop}}
+    whole, bits = (Simulation(load_scene(scene, UPRIGHT | limit)) for _ in range(2))
+    whole.check()
+    bits.glance(begin=True)
+    assert bits.status == OK
+    bits.x[:] = 0.1  # the robot moves on meanwhile
+    taken = 1
+    while bits._check is not None:
+        assert not bits.watch.sampled.any()
+        bits.glance(begin=True)  # one at a time
+        taken += 1
+    assert taken == 3 + bits.model.joints
+    np.testing.assert_array_equal(bits.watch.sampled, whole.watch.sampled)
+    assert bits.status == whole.status == status
+
+
+def test_a_reset_ends_a_check_that_is_under_way():
+    robot_now = Simulation(load_scene(anthropomorphic(gravity=[0.0, 0.0, 0.0]), UPRIGHT))
+    robot_now.glance(begin=True)
+    robot_now.reset()
+    for _ in range(20):
+        robot_now.glance(begin=False)
+    assert not robot_now.watch.sampled.any()
 
 
 @pytest.mark.parametrize(
