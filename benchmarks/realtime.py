@@ -35,6 +35,9 @@ from flexsim_node.pace import go_first, sleep_finely
 
 SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic_geared.yaml"
 PERIOD = 0.02  # s between commands
+TICK = (
+    1e-3  # s of the node's; within one a command comes at any time, since how long it waits depends on that
+)
 STARTED = 180.0
 # ns: how often a bare loop wakes up, how late it notices, and before which of a node's threads it goes.
 BARE_PERIOD, BARE_LATE, BARE_PRIORITY = 1_000_000, 500_000, 80
@@ -199,12 +202,13 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
                 trial.check()
                 time.sleep(0.1)
             begun = time.monotonic()
-            number = 0
+            number, due, chance = 0, 0.0, np.random.default_rng(1)
             while time.monotonic() - begun < duration:
                 trial.check()
-                if time.monotonic() - begun > number * PERIOD / 2.0:
+                if time.monotonic() - begun > due:
                     (bare if number % 2 else ours).send(number)
                     number += 1
+                    due = number * PERIOD / 2.0 + chance.uniform(0.0, TICK)
                 time.sleep(2e-4)
                 ours.take()
                 bare.take()
