@@ -30,7 +30,7 @@ from .chain import (
     PHI,
     Q,
 )
-from .co_moving import elimination
+from .co_moving import elimination, substitution
 from .interface import hand_load, hand_over, hand_over_planar, take_answer
 from .joint_elimination import eliminate_joint, free, joint_vectors
 from .kernel import kernel
@@ -324,7 +324,7 @@ def solve(chain, work, rhs, out):
 def solve_as(co, chain, work, rhs, out):
     """solve for either formulation."""
     if len(co) > 0:
-        elimination.solve(chain, work, rhs, out)
+        substitution.solve(chain, work, rhs, out)
     else:
         solve_erls(chain, work, rhs, out)
 

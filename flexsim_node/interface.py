@@ -13,22 +13,6 @@ from .weighted_sum import add_twelve_thrice, twelve_thrice
 
 
 @kernel
-def lever(z, p, r, l0, l1, l2):
-    """Congruence of a symmetric z for a lever: rotations r.. also move the point p.. by rotation x lever."""
-    size = z.shape[0]
-    for k in range(size):
-        x, y, u = z[p, k], z[p + 1, k], z[p + 2, k]
-        z[r, k] += l1 * u - l2 * y
-        z[r + 1, k] += l2 * x - l0 * u
-        z[r + 2, k] += l0 * y - l1 * x
-    for i in range(size):
-        x, y, u = z[i, p], z[i, p + 1], z[i, p + 2]
-        z[i, r] += l1 * u - l2 * y
-        z[i, r + 1] += l2 * x - l0 * u
-        z[i, r + 2] += l0 * y - l1 * x
-
-
-@kernel
 def turned_lever(f, l0, l1, l2, x, at):
     """Write l x E for the rotation E to the parent into x[at:] (3, 3)."""
     for k in range(3):

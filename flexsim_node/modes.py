@@ -10,7 +10,8 @@ from scipy.linalg import eigh, solve_triangular
 from .assembly import Assembly
 from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, bending_stiffness
 from .chain import workspace
-from .model import Model, build_model, element_row
+from .element import element_row
+from .model import Model, build_model
 from .observation import Observation
 from .schema import Erls, Scene
 from .statics import check_position, joint_motion, rest_shape, unknowns_at

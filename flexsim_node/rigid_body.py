@@ -123,3 +123,11 @@ def inertia_coupling(mass, x, d, coupling, inertia, t):
     inertia[1, 5] += q[0, 0]
     inertia[2, 3] += q[0, 1]
     inertia[2, 4] -= q[0, 0]
+
+
+def body_mass(matrix: np.ndarray) -> np.ndarray:
+    """(6, 6) mass matrix of a body over the dofs of its node."""
+    vectors = np.zeros((6, 4, 3))
+    for k, unit in enumerate(np.eye(6)):
+        body_vectors(unit, 0.0, 0.0, vectors[k])
+    return np.einsum("iak,ab,jbk->ij", vectors, matrix, vectors)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .model import beam_axes, rotation_x
+from .erls import beam_axes, rotation_x
 from .schema import BASE, Beam, Link, Scene
 from .section import section
 

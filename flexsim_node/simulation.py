@@ -10,11 +10,12 @@ from .acceleration import LOOP_OPEN, NOT_VALID, OK, REASONS, drive_joints
 from .assembly import Assembly
 from .by_reference import by_reference
 from .chain import Robot, Workspace, workspace
+from .dofs import is_planar
 from .energy import energy
 from .faults import Faults, payload_scenes
 from .integrators import METHODS
 from .kernel import entry
-from .model import Model, build_model, is_planar
+from .model import Model, build_model
 from .observation import Observation
 from .scene import Scene, SceneError
 from .sensors import Sensors

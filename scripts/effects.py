@@ -114,8 +114,8 @@ def study(
     from rich.progress import track
 
     from flexsim_node import resolve_effects
+    from flexsim_node.dofs import is_planar
     from flexsim_node.effects import Trial, effect_names, with_effect
-    from flexsim_node.model import is_planar
     from flexsim_node.step_cost import step_costs
 
     limit = scene.tolerance

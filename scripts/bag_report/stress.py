@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from flexsim_node import Scene
+from flexsim_node.element import stiffening
 from flexsim_node.erls import beam_axes
-from flexsim_node.model import stiffening
 from flexsim_node.schema import Beam, Link
 from flexsim_node.section import section
 
