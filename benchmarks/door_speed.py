@@ -40,7 +40,8 @@ def march(overrides: dict[str, Any], tolerance: float | None = None) -> tuple[He
     field = []
     start = time.process_time()
     for minute in range(1, 61):
-        heat.advance(60.0 * minute)
+        if not (status := heat.advance(60.0 * minute)).ok:
+            raise SystemExit(status.reason)
         field.append(heat.temperature[kept])
     return heat, np.array(field), time.process_time() - start
 

@@ -160,7 +160,7 @@ def evaluate(
 ) -> None:
     """Fill `field` at a temperature field and the three gas temperatures (°C).
 
-    The derivatives of what is exchanged take the mean of a part's nodes: symmetric, and close
+    The derivatives of what edges exchange take the mean of their nodes: symmetric, and close
     enough for Newton's iteration.
     """
     count, nz, ny, nx = grid.volume.shape

@@ -19,6 +19,8 @@ HELD = 1e9
 BINS = 4096
 QUICK = 0.2
 """s; see _compact."""
+PEAK = 2.0
+"""A specific heat that varies by more has a peak; see _consistent."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ def door_model(scene: Scene) -> DoorModel:
         grid=Grid(
             mesh.volume,
             mesh.conduction,
-            mesh.mass if mesh.finite_elements else _compact(mesh, materials),
+            (_consistent if mesh.finite_elements else _compact)(mesh, materials),
         ),
         surface=Surface(area, film, emissivity),
         gas=(
@@ -101,6 +103,17 @@ def _compact(mesh: LeafMesh, materials: tuple[Material, ...]) -> Exchange:
         part = np.minimum(1.0, QUICK / settles) / 12.0
         share[m, :-1] = mesh.conduction.z[m, :-1] * (part * thickness**2)[:, None, None]
     return mesh.mass._replace(z=share)
+
+
+def _consistent(mesh: LeafMesh, materials: tuple[Material, ...]) -> Exchange:
+    """The consistent capacity's exchange, m3, of materials whose specific heat has no peak.
+
+    A node at a peak would hardly take part in what its neighbours exchange, however they share it:
+    capacity is lumped there, as for a change of phase.
+    """
+    heats = [material.specific_heat.values for material in materials]
+    even = np.array([float(c.max() <= PEAK * c.min()) for c in heats])
+    return Exchange(*(even[:, None, None, None] * part for part in mesh.mass))
 
 
 def _meets(part: SurfacePart, film: float, emissivity: float) -> tuple[float, float]:

@@ -37,56 +37,59 @@ def exchange_twists(
 ) -> None:
     """Let materials exchange f (M, N) into `into` (N,); add the exchanges' derivatives to `total`.
 
+    The derivatives take the least slope of a part's nodes: a face takes away from what its edges conduct, and
+    Newton's iteration goes astray where that is too much.
+
     row, plane : nodes in a row along x, and in a plane of constant z
     """
     n, o = into.size, 2 * plane
     twists[:] = 0.0
     xy, xz, yz, body = twists[XY, o:], twists[XZ, o:], twists[YZ, o:], twists[BODY, o:]
-    raw, mean = twists[RAW, o:], twists[SLOPE, o:]
+    raw, least = twists[RAW, o:], twists[SLOPE, o:]
     for m in range(f.shape[0]):
         if weight.xz.size > 0:
-            _face(raw, mean, f[m], slope[m], 1, plane)
-            _add_face(xz, total.xz, weight.xz[m].reshape(n), raw, mean)
+            _face(raw, least, f[m], slope[m], 1, plane)
+            _add_face(xz, total.xz, weight.xz[m].reshape(n), raw, least)
         if weight.yz.size > 0:
-            _face(raw, mean, f[m], slope[m], row, plane)
-            _add_face(yz, total.yz, weight.yz[m].reshape(n), raw, mean)
+            _face(raw, least, f[m], slope[m], row, plane)
+            _add_face(yz, total.yz, weight.yz[m].reshape(n), raw, least)
         if weight.xy.size > 0:
-            _face(raw, mean, f[m], slope[m], 1, row)
-            _add_face(xy, total.xy, weight.xy[m].reshape(n), raw, mean)
-            _add_body(body, total.xyz, weight.xyz[m].reshape(n), raw, raw[plane:], mean, mean[plane:])
+            _face(raw, least, f[m], slope[m], 1, row)
+            _add_face(xy, total.xy, weight.xy[m].reshape(n), raw, least)
+            _add_body(body, total.xyz, weight.xyz[m].reshape(n), raw, raw[plane:], least, least[plane:])
     _through(xy, body, twists[BODY, o - plane :])
     _gather_all(into, into, twists, row, plane)
 
 
 @njit(cache=True, fastmath=FAST)
-def _face(raw: Array, mean: Array, f: Array, slope: Array, one: int, two: int) -> None:
-    """Twist and mean slope of the faces whose sides are `one` and `two` nodes apart."""
+def _face(raw: Array, least: Array, f: Array, slope: Array, one: int, two: int) -> None:
+    """Twist and least slope of the faces whose sides are `one` and `two` nodes apart."""
     both = one + two
     _twist(raw[: f.size - both], f, f[one:], f[two:], f[both:])
-    _mean(mean[: f.size - both], slope, slope[one:], slope[two:], slope[both:])
+    _least(least[: f.size - both], slope, slope[one:], slope[two:], slope[both:])
 
 
 @njit(cache=True, fastmath=FAST)
-def _mean(out: Array, a: Array, b: Array, c: Array, d: Array) -> None:
+def _least(out: Array, a: Array, b: Array, c: Array, d: Array) -> None:
     for i in range(out.size):
-        out[i] = 0.25 * ((a[i] + b[i]) + (c[i] + d[i]))
+        out[i] = min(min(a[i], b[i]), min(c[i], d[i]))
 
 
 @njit(cache=True, fastmath=FAST)
-def _add_face(out: Array, total: Array, w: Array, raw: Array, mean: Array) -> None:
+def _add_face(out: Array, total: Array, w: Array, raw: Array, least: Array) -> None:
     """What leaves a face's first node, the last has its share of; the others gain it."""
     for i in range(out.size):
         out[i] -= w[i] * raw[i]
-        total[i] += w[i] * mean[i]
+        total[i] += w[i] * least[i]
 
 
 @njit(cache=True, fastmath=FAST)
 def _add_body(
-    out: Array, total: Array, w: Array, raw: Array, raw_behind: Array, mean: Array, mean_behind: Array
+    out: Array, total: Array, w: Array, raw: Array, raw_behind: Array, least: Array, least_behind: Array
 ) -> None:
     for i in range(raw_behind.size):
         out[i] -= w[i] * (raw[i] - raw_behind[i])
-        total[i] += 0.5 * w[i] * (mean[i] + mean_behind[i])
+        total[i] += w[i] * min(least[i], least_behind[i])
 
 
 @njit(cache=True, fastmath=FAST)

@@ -128,3 +128,27 @@ def test_steady_state_is_near_that_of_finite_volumes():
 
     volumes, elements = steady("finite_volume"), steady("finite_element")
     assert np.abs(elements - volumes).max() < 0.02 * (volumes.max() - 20.0)
+
+
+@pytest.mark.parametrize("value", [[0.02, 0.02, 0.02, 2.0, 5.0], [1.0, 0.5, 0.1, 0.05, 0.02]])
+@pytest.mark.parametrize("layers", [[1, 2, 1], [2, 6, 2]])
+def test_conductivity_that_changes_a_hundredfold(value, layers):
+    """From the start to 60 min by long steps, and in balance."""
+    scene = door(mesh={**ELEMENTS, "in_plane": [6, 5], "layers": layers}, solver={"step": 300.0})
+    scene["materials"]["rock_wool"]["conductivity"]["value"] = value
+    scene["materials"]["rock_wool"]["conductivity"]["beyond"] = "hold"
+    heat = Heat(door_model(load_scene(scene)))
+    assert heat.advance(3600.0).ok
+    assert heat.balance.worst < 1e-6
+    heat = steady_state(door_model(load_scene(scene, {"solver.model": "steady"})), 3600.0)
+    assert heat.status.ok
+    assert abs(heat.heat_flow().sum()) < 1e-6 * np.abs(heat.heat_flow()).sum()
+
+
+def test_capacity_with_a_peak_is_lumped():
+    """Steel's at 735 °C: shared with a node at the peak it would stop the march; wool's is consistent."""
+    model = door_model(load_scene(door(mesh=COARSE)))
+    names = [material.name for material in model.materials]
+    for part in model.grid.mass:
+        assert not part[names.index("steel")].any()
+        assert part[names.index("rock_wool")].any()
