@@ -27,7 +27,7 @@ import numpy as np
 
 from .kernel import kernel
 
-# columns of Model.element
+# columns of Chain.element
 START, LENGTH, MASS, INERTIA_Y, INERTIA_Z, POLAR = 0, 1, 2, 3, 4, 5
 AXIAL, TORSION, BEND_Y, BEND_Z, SHEAR_Y, SHEAR_Z, STIFFENING = 6, 7, 8, 9, 10, 11, 12
 # (BEND_Z, SHEAR_Z bend in the x-y plane, about z; BEND_Y, SHEAR_Y in the x-z plane, about y.

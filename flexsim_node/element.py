@@ -90,7 +90,7 @@ def element_matrices(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def own_matrix(matrix: np.ndarray) -> np.ndarray:
-    """(B, B) of a (2B, 2B) matrix of nodes (end, start), over an element's unknowns (see co_moving.py)."""
+    """(B, B) of a (2B, 2B) matrix of nodes (end, start), over an element's unknowns (see co_moving/)."""
     b = len(matrix) // 2
     rows = np.zeros((2 * b, b))
     if b == 3:

@@ -21,7 +21,7 @@ from .statics import check_position, rest_shape, unknowns_at
 from .tangent import damping_matrix, forces, mass_matrix, stiffness_matrix
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
-CO_MOVING_COMPONENTS = ("u", "bz", "by", "tau", "cy", "cz")  # of an element, see co_moving.py
+CO_MOVING_COMPONENTS = ("u", "bz", "by", "tau", "cy", "cz")  # of an element, see co_moving/
 
 
 @dataclass(frozen=True)

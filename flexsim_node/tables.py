@@ -286,8 +286,6 @@ def reduction_of(
     rows = np.array([element_row(scene, link, i, length / count, True) for i in range(count)])
     masses, stiffnesses = zip(*(element_matrices(row) for row in rows), strict=True)
     whole = element_row(scene, link, 0, length, True)
-    stiffening = bool(whole[STIFFENING] > 0.0)
+    ends, spins = element_matrices(whole)[1], stiffening(scene)
     matrices = np.array(masses), np.array(stiffnesses)
-    return reduce_link(
-        whole, element_matrices(whole)[1], rows, *matrices, modes, free, planar, flat, stiffening
-    )
+    return reduce_link(whole, ends, rows, *matrices, modes, free, planar, flat, spins)
