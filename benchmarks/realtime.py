@@ -1,8 +1,8 @@
 """How well flexsim_node keeps time: `python benchmarks/realtime.py [--duration 60] [--controller] [--json]`.
 
-The node steps the anthropomorphic robot with geared motors at 1 kHz; with --controller a process of its own
-answers it at 1 kHz.  Fifty times a second a command is sent to it, and fifty times a second one to a bare
-rclpy node that answers at once: the latency of both is the time from before the call that sends to the
+The node steps the anthropomorphic robot with geared motors at --rate, 1 kHz; with --controller a process of
+its own answers every state.  Fifty times a second a command is sent to it, and fifty times a second one to a
+bare rclpy node that answers at once: the latency of both is the time from before the call that sends to the
 arrival of the answer, as the middleware notes it.
 
 On a virtual machine the host takes the processors away at times, for milliseconds, and nobody keeps a
@@ -35,9 +35,6 @@ from flexsim_node.pace import go_first, sleep_finely
 
 SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic_geared.yaml"
 PERIOD = 0.02  # s between commands
-TICK = (
-    1e-3  # s of the node's; within one a command comes at any time, since how long it waits depends on that
-)
 STARTED = 180.0
 # ns: how often a bare loop wakes up, how late it notices, and before which of a node's threads it goes.
 BARE_PERIOD, BARE_LATE, BARE_PRIORITY = 1_000_000, 500_000, 80
@@ -171,8 +168,8 @@ def stolen() -> int:
     return int(Path("/proc/stat").read_text().split(maxsplit=9)[8])
 
 
-def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
-    """Run node and echo side by side."""
+def measure(duration: float, rate: float, *, controlled: bool = False) -> dict[str, Any]:
+    """Run node and echo side by side; `rate`, Hz, of the node's steps and states."""
     environment = own_domain()
     os.environ.update(ROS_DOMAIN_ID=environment["ROS_DOMAIN_ID"])
     from flexsim.ros.context import tool_node
@@ -182,7 +179,8 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
         stopped_by_signals() as stopped,
         processes(Path(folder), environment, stopped) as trial,
     ):
-        parameters = ["--ros-args", "-p", f"scene:={SCENE}", "-p", "wait_for_command:=true"]
+        parameters = ["--ros-args", "-p", f"scene:={SCENE}", "-p", f"rate:={rate}"]
+        parameters += ["-p", "wait_for_command:=true"]
         robot = trial.start("flexsim_node", [*NODE, *parameters])
         other = trial.start("echo", [sys.executable, __file__, "--echo"])
         trial.wait_until_said(robot, "kernels ready", timeout=STARTED)
@@ -208,7 +206,8 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
                 if time.monotonic() - begun > due:
                     (bare if number % 2 else ours).send(number)
                     number += 1
-                    due = number * PERIOD / 2.0 + chance.uniform(0.0, TICK)
+                    # At any time of a tick, since how long a command waits depends on that.
+                    due = number * PERIOD / 2.0 + chance.uniform(0.0, 1.0 / rate)
                 time.sleep(2e-4)
                 ours.take()
                 bare.take()
@@ -228,6 +227,7 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
     simulated, elapsed = stamps[-1] - stamps[second]
     return {
         "duration": duration,
+        "rate": rate,
         "real_time_factor": float(simulated / elapsed),
         "ticks": int(said["ticks"]),
         "overruns": int(said["overruns"]),
@@ -254,7 +254,7 @@ def measure(duration: float, *, controlled: bool = False) -> dict[str, Any]:
 
 
 def controller() -> None:
-    """Answer each state with a torque on the other topic, a thousand times a second.
+    """Answer each state with a torque on the other topic.
 
     By name, and not on the joint whose torque marks the commands of the benchmark.
     """
@@ -325,8 +325,9 @@ def main() -> None:
     own_output()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--duration", type=float, default=60.0, help="s")
+    parser.add_argument("--rate", type=float, default=1000.0, help="Hz, of steps and states")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--controller", action="store_true", help="with a controller at 1 kHz beside it")
+    parser.add_argument("--controller", action="store_true", help="with a controller that answers each state")
     parser.add_argument("--controller-process", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--bare", type=int, help=argparse.SUPPRESS)
@@ -337,7 +338,7 @@ def main() -> None:
         return bare(arguments.bare)
     if arguments.controller_process:
         return controller()
-    found = measure(arguments.duration, controlled=arguments.controller)
+    found = measure(arguments.duration, arguments.rate, controlled=arguments.controller)
     if arguments.json:
         print(json.dumps(found, indent=2))
         return

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
+import sys
 import time
 import xml.etree.ElementTree as xml
 from collections.abc import Callable
@@ -23,7 +25,6 @@ pytestmark = pytest.mark.ros
 START = [0.3, 0.8, -0.6]
 
 
-@pytest.mark.alone
 @pytest.mark.alone
 def test_it_steps_in_real_time(tmp_path: Path) -> None:
     """States come a millisecond of simulated time apart, none missing."""
@@ -59,6 +60,24 @@ def test_it_steps_in_real_time(tmp_path: Path) -> None:
         tasks = Path(f"/proc/{arm.process.process.pid}/task").iterdir()
         first = [os.sched_getscheduler(int(task.name)) == os.SCHED_FIFO for task in tasks]
         assert all(first) if said["real-time priority"] == "yes" else not any(first)
+
+
+@pytest.mark.alone
+def test_the_benchmark_of_real_time() -> None:
+    """It runs, the controller answers each state, no command is lost; its figures are for a quiet machine."""
+    program = Path(__file__).parents[2] / "benchmarks" / "realtime.py"
+    words = ["--duration", "4", "--rate", "2000", "--controller", "--json"]
+    done = subprocess.run(
+        [sys.executable, str(program), *words],
+        env=ros_environment(), capture_output=True, text=True, timeout=100,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["ticks"] > 4000
+    assert found["commands"] > 1000
+    for latency in (found["latency"], found["echo_latency"]):
+        assert latency["samples"] > 100
+        assert 0.0 < latency["p50"] <= latency["p99"] < 1.0
 
 
 def test_lockstep_is_the_offline_simulation(tmp_path: Path) -> None:
