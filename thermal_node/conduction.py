@@ -18,8 +18,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .compiled import FAST
+from .flows import Flows, exchange, flows_of
 from .mesh.exchange import Exchange
-from .twists import exchange_twists, room
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class Field(NamedTuple):
     theta, conductivity, enthalpy, density_heat (M, N) : the integrals and their slopes, each
         material
     conductance (N,), W/K, and capacitance (N,), J/K : the exchanges' derivatives, materials summed
-    diagonal : boundary conductance, W/K; surface_flow : see _surfaces; twists : work
+    diagonal : boundary conductance, W/K; surface_flow : see _surfaces; flows : work
     """
 
     heat: Array
@@ -89,7 +89,7 @@ class Field(NamedTuple):
     capacitance: Exchange
     diagonal: Array
     surface_flow: Array
-    twists: Array
+    flows: Flows
 
 
 def field_of(grid: Grid) -> Field:
@@ -107,7 +107,7 @@ def field_of(grid: Grid) -> Field:
         capacitance=Exchange(*(np.zeros(n if part.size else 0) for part in grid.mass)),
         diagonal=np.zeros(n),
         surface_flow=np.zeros(6),
-        twists=room(n if grid.mass.xz.size else 0, grid.volume[0, 0].size),
+        flows=flows_of(n, grid.volume[0, 0].size, grid.mass.xz.size > 0),
     )
 
 
@@ -158,20 +158,14 @@ def heat_at(tables: Tables, volume: Array, i: int, t: float) -> tuple[float, flo
 def evaluate(
     temperature: Array, gas: Array, tables: Tables, grid: Grid, surface: Surface, field: Field
 ) -> None:
-    """Fill `field` at a temperature field and the three gas temperatures (°C).
-
-    The derivatives of what edges exchange take the mean of their nodes: symmetric, and close
-    enough for Newton's iteration.
-    """
+    """Fill `field` at a temperature field and the three gas temperatures (°C)."""
     count, nz, ny, nx = grid.volume.shape
-    n = nz * ny * nx
+    n, plane = nz * ny * nx, nx * ny
     volume = grid.volume.reshape(count, n)
     heat, capacity = field.heat, field.capacity
     heat[:] = 0.0
     capacity[:] = 0.0
     field.flow[:] = 0.0
-    _clear(field.conductance)
-    _clear(field.capacitance)
     for m in range(count):
         theta, k = field.theta[m], field.conductivity[m]
         each_h, each_c = field.enthalpy[m], field.density_heat[m]
@@ -182,79 +176,18 @@ def evaluate(
                 each_h[i], each_c[i] = h, c
                 heat[i] += v * h
                 capacity[i] += v * c
-        _exchange_edges(theta, k, grid.conduction, m, field.conductance, field.flow, nx, nx * ny)
-        _exchange_edges(each_h, each_c, grid.mass, m, field.capacitance, heat, nx, nx * ny)
-    if field.twists.size > 0:
-        plane, twists = nx * ny, field.twists
-        exchange_twists(
-            field.theta,
-            field.conductivity,
-            grid.conduction,
-            field.conductance,
-            field.flow,
-            twists,
-            nx,
-            plane,
-        )
-        exchange_twists(
-            field.enthalpy, field.density_heat, grid.mass, field.capacitance, heat, twists, nx, plane
-        )
+    exchange(
+        field.theta,
+        field.conductivity,
+        grid.conduction,
+        field.conductance,
+        field.flow,
+        field.flows,
+        nx,
+        plane,
+    )
+    exchange(field.enthalpy, field.density_heat, grid.mass, field.capacitance, heat, field.flows, nx, plane)
     _surfaces(temperature, gas, surface, field)
-
-
-@njit(cache=True, fastmath=FAST)
-def _clear(exchange: Exchange) -> None:
-    exchange.x[:] = 0.0
-    exchange.y[:] = 0.0
-    exchange.z[:] = 0.0
-    exchange.xy[:] = 0.0
-    exchange.xz[:] = 0.0
-    exchange.yz[:] = 0.0
-    exchange.xyz[:] = 0.0
-
-
-@njit(cache=True, fastmath=FAST)
-def _exchange_edges(
-    f: Array, slope: Array, weight: Exchange, m: int, total: Exchange, into: Array, row: int, plane: int
-) -> None:
-    """Let material m exchange f (N,) into `into` along its edges; add its derivative to `total`.
-
-    row, plane : nodes in a row along x, and in a plane of constant z
-    """
-    n = f.size
-    if weight.x.size > 0:
-        _edges(f, slope, weight.x[m].reshape(n), total.x, into, 1)
-    if weight.y.size > 0:
-        _edges(f, slope, weight.y[m].reshape(n), total.y, into, row)
-    if weight.z.size > 0:
-        _edges(f, slope, weight.z[m].reshape(n), total.z, into, plane)
-
-
-@njit(cache=True, fastmath=FAST)
-def _edges(f: Array, slope: Array, w: Array, total: Array, into: Array, stride: int) -> None:
-    """Between nodes `stride` apart."""
-    n = f.size - stride
-    _edge_loop(n, f, f[stride:], slope, slope[stride:], w, total, into, into[stride:])
-
-
-@njit(cache=True, fastmath=FAST)
-def _edge_loop(
-    n: int,
-    f0: Array,
-    f1: Array,
-    slope0: Array,
-    slope1: Array,
-    w: Array,
-    total: Array,
-    into0: Array,
-    into1: Array,
-) -> None:
-    for i in range(n):
-        if w[i] > 0.0:
-            q = w[i] * (f1[i] - f0[i])
-            into0[i] += q
-            into1[i] -= q
-            total[i] += 0.5 * w[i] * (slope0[i] + slope1[i])
 
 
 @njit(cache=True, fastmath=FAST)

@@ -53,11 +53,13 @@ class HeatBalance:
 
 @dataclass
 class Saved:
-    """A state to go on from."""
+    """A state to go on from; see Heat."""
 
     time: float
     temperature: Array
     rate: Array
+    bend: Array
+    last: float
     step: float
     started: bool
     balance: HeatBalance = field(default_factory=HeatBalance)
@@ -70,6 +72,7 @@ class Heat:
     ----------
     time : s; temperature (N,) : °C, in the order of model.nodes
     rate (N,) : K/s, over the last step
+    bend (N,) : K/s2, second divided difference over the last two; what comes is foreseen by both
     furnace : t -> °C; may be exchanged while running
     status : why the march has stopped, if it has; balance : heat stored, in and out
     steps, rejected : steps taken, and thrown away for their error
@@ -87,6 +90,7 @@ class Heat:
         self._nx, self._plane = nx, nx * ny
         self.temperature = np.full(n, model.initial)
         self.rate = np.zeros(n)
+        self.bend = np.zeros(n)
         self.count = np.zeros(2, dtype=np.int64)
         self._field = field_of(model.grid)
         self._krylov = krylov(n, self._plane, model.mesh.finite_elements)
@@ -106,7 +110,7 @@ class Heat:
 
     def _begin(self, time: float) -> None:
         self.time = time
-        self.rate[:] = 0.0
+        self.stand_still()
         self.status = Status()
         self.balance = HeatBalance()
         self.steps = self.rejected = 0
@@ -115,12 +119,20 @@ class Heat:
         self._started = False
         self._evaluate()
 
+    def stand_still(self) -> None:
+        """Foresee no change in the next step."""
+        self.rate[:] = 0.0
+        self.bend[:] = 0.0
+        self._last = 0.0
+
     def save(self) -> Saved:
         """The state, to go on from later."""
         return Saved(
             self.time,
             self.temperature.copy(),
             self.rate.copy(),
+            self.bend.copy(),
+            self._last,
             self._step,
             self._started,
             HeatBalance(**vars(self.balance)),
@@ -131,7 +143,8 @@ class Heat:
         self.temperature[:] = saved.temperature
         self._begin(saved.time)
         self.rate[:] = saved.rate
-        self._step, self._started = saved.step, saved.started
+        self.bend[:] = saved.bend
+        self._last, self._step, self._started = saved.last, saved.step, saved.started
         self.balance = HeatBalance(**vars(saved.balance))
 
     def gas(self, time: float) -> Array:
@@ -209,10 +222,7 @@ class Heat:
             self._base[:] = self._heat
             for j, a in enumerate(method.couple[i]):
                 self._base += (step * a) * self._flows[first + j]
-            if i == 0:
-                trial += (place * step) * self.rate
-            else:
-                trial += (trial - self.temperature) * ((place - before) / before)
+            self._foresee(before * step, place * step)
             outcome = solve_stage(
                 trial,
                 self._base,
@@ -234,6 +244,22 @@ class Heat:
             before = place
         self._weights = np.array(method.weight), first
         return CONVERGED, self._error(method, step)
+
+    def _foresee(self, reached: float, after: float) -> None:
+        """Move the trial from `reached` s after the state to `after`, by parabolas through what is known."""
+        trial, last = self._trial, self._last
+        if reached == 0.0:
+            trial += after * self.rate
+            trial += (after * (after + last)) * self.bend
+        else:
+            slope, rest = self._correction, after - reached
+            np.subtract(trial, self.temperature, out=slope)
+            slope /= reached
+            trial += rest * slope
+            if last > 0.0:
+                slope -= self.rate
+                slope *= after * rest / (reached + last)
+                trial += slope
 
     def _error(self, method: Method, step: float) -> float:
         """Largest error of the trial step, K."""
@@ -264,8 +290,15 @@ class Heat:
         seen = max(crossed, 1e-9 * float(self._field.capacity.sum()) * self.model.mesh.parts)
         balance.last = abs(stored - float(inflow.sum())) / seen
         balance.worst = max(balance.worst, balance.last)
+        self.bend[:] = self.rate
         np.subtract(self._trial, self.temperature, out=self.rate)
         self.rate /= step
+        if self._last > 0.0:
+            np.subtract(self.rate, self.bend, out=self.bend)
+            self.bend /= step + self._last
+        else:
+            self.bend[:] = 0.0
+        self._last = step
         self.temperature[:] = self._trial
         self._heat[:] = self._field.heat
         last = len(weights) - 1 + first

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .compiled import FAST
 from .conduction import Field
-from .twists import add_product, add_to_lines, room
+from .twists import add_product, add_to_lines, twists_of
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,8 @@ class Krylov(NamedTuple):
 
     diagonal (N,) : the matrix's without faces and bodies
     ex, ey, ez (N + plane,) : edges, the edge of node i at plane + i
-    faces (3, N), bodies (N,) : their weights, of size 0 where there are none; twists : their work
+    faces (3, N + 2 plane), bodies (N + 2 plane,) : their weights, node i at 2 plane + i, of size 0 where
+        there are none; twists : their work
     own (N,), line (N + plane,) : diagonal and edges of the lines through the thickness
     pivot (N,), lower (N + plane,) : the lines' factors: inverse pivots, and of the edge to the
         plane before
@@ -61,9 +62,9 @@ def krylov(n: int, plane: int, finite_elements: bool) -> Krylov:
         ex=np.zeros(n + plane),
         ey=np.zeros(n + plane),
         ez=ez,
-        faces=np.zeros((3, n if finite_elements else 0)),
-        bodies=np.zeros(n if finite_elements else 0),
-        twists=room(n if finite_elements else 0, plane),
+        faces=np.zeros((3, n + 2 * plane if finite_elements else 0)),
+        bodies=np.zeros(n + 2 * plane if finite_elements else 0),
+        twists=twists_of(n, plane, finite_elements),
         own=np.zeros(n) if finite_elements else diagonal,
         line=np.zeros(n + plane) if finite_elements else ez,
         pivot=np.zeros(n),
@@ -99,13 +100,11 @@ def factor_lines(field: Field, g: float, nx: int, plane: int, k: Krylov) -> None
         k.ez,
     )
     if k.bodies.size > 0:
-        _weigh(conducts.xy, g, holds.xy, k.faces[0])
-        _weigh(conducts.xz, g, holds.xz, k.faces[1])
-        _weigh(conducts.yz, g, holds.yz, k.faces[2])
-        _weigh(conducts.xyz, g, holds.xyz, k.bodies)
-        k.own[:] = k.diagonal
-        k.line[:] = k.ez
-        add_to_lines(k.own, k.line, k.faces, k.bodies, nx, plane)
+        _weigh(conducts.xy, g, holds.xy, k.faces[0, 2 * o :])
+        _weigh(conducts.xz, g, holds.xz, k.faces[1, 2 * o :])
+        _weigh(conducts.yz, g, holds.yz, k.faces[2, 2 * o :])
+        _weigh(conducts.xyz, g, holds.xyz, k.bodies[2 * o :])
+        add_to_lines(k.diagonal, k.ez, k.faces, k.bodies, nx, plane, k.own, k.line)
     _pivot(k.pivot[:o], k.own[:o], k.line[:o], k.lower[:o], k.pivot[:o])
     for s in range(o, n, o):
         e = s + o
@@ -240,7 +239,16 @@ def _multiply(nx: int, plane: int, k: Krylov) -> float:
     """q = (matrix) p, and p.q."""
     total = _multiply_edges(nx, plane, k)
     if k.bodies.size > 0:
-        total = add_product(k.p[plane:], k.q, k.faces, k.bodies, k.twists, nx, plane)
+        add_product(k.p[plane:], k.q, k.faces, k.bodies, k.twists, nx, plane)
+        total = _dot(k.p[plane:], k.q)
+    return total
+
+
+@njit(cache=True, fastmath=FAST)
+def _dot(p: Array, q: Array) -> float:
+    total = 0.0
+    for i in range(q.size):
+        total += p[i] * q[i]
     return total
 
 

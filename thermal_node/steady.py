@@ -33,7 +33,7 @@ def steady_state(model: DoorModel, time: float) -> Heat:
                 break
             continue
         heat.accept(step)
-        heat.rate[:] = 0.0
+        heat.stand_still()
         settled = np.abs(heat.temperature - before).max() < SETTLED
         if not heat.status.ok or (step >= LONGEST_STEP and settled):
             heat.time = time

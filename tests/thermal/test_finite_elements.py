@@ -8,6 +8,7 @@ from skfem.helpers import dot, grad
 
 from thermal_node import Heat, door_model, load_scene
 from thermal_node.conduction import evaluate
+from thermal_node.linear import conjugate_gradients, factor_lines, krylov
 from thermal_node.steady import steady_state
 
 ELEMENTS = {"discretisation": "finite_element"}
@@ -83,6 +84,30 @@ def test_conduction_and_capacity_are_those_that_scikit_fem_assembles(dimension):
             gained = capacity @ (now[0] - cold[0])
             np.testing.assert_allclose(now[1] - cold[1], gained, rtol=0, atol=1e-9 * np.abs(gained).max())
         cold = now
+
+
+@pytest.mark.parametrize("dimension", ["column_rim", "full"])
+def test_conjugate_gradients_solve_the_assembled_equations(dimension):
+    """Capacity + 20 s conduction: the solution, and the lines through the thickness that precondition it."""
+    model = plain(dimension)
+    conduction, capacity = matrices_by_skfem(model)
+    heat = Heat(model)
+    surface = model.surface._replace(film=np.zeros(3), emissivity=np.zeros(3))
+    evaluate(heat.temperature, np.full(3, 20.0), model.tables, model.grid, surface, heat._field)
+    n, (ny, nx) = len(heat.temperature), model.mesh.shape[1:]
+    plane = nx * ny
+    work = krylov(n, plane, model.mesh.finite_elements)
+    factor_lines(heat._field, 20.0, nx, plane, work)
+    matrix = capacity + 20.0 * conduction
+    np.testing.assert_allclose(work.own, np.diag(matrix), rtol=1e-9)
+    behind = -np.diag(matrix, plane)
+    np.testing.assert_allclose(work.line[plane:-plane], behind, rtol=1e-9, atol=1e-9 * np.abs(behind).max())
+    right = np.random.default_rng(3).normal(size=n)
+    work.r[:] = right
+    found = np.empty(n)
+    assert conjugate_gradients(found, nx, plane, work, 1e-12, 500) < 500
+    expected = np.linalg.solve(matrix, right)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("step", ["auto", 60.0])
