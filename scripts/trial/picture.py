@@ -62,7 +62,8 @@ def arm(axes: Any, moved: Motion, move: Move) -> None:
     low, high = everything.min(axis=0), everything.max(axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(0.0, high[2]))
     axes.set_aspect("equal")
-    axes.set(xlabel="x, m", ylabel="y, m", zlabel="z, m")
+    axes.set(xlabel="x, m", ylabel="y, m")
+    axes.set_zlabel("z, m", labelpad=10.0)  # else it lies on the ticks
     axes.set_title(f"The way there, {move.time:g} s")
     axes.view_init(elev=22, azim=-52)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
