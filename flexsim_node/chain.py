@@ -19,18 +19,23 @@ from .reduced.layout import buffer_length
 KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES, MOTOR = range(10)
 FIXED, REVOLUTE, PRISMATIC = range(3)
 # columns of Chain.joint: link length, joint axis in the link's and the parent's body frame, losses, spring
-# and damper between motor and link, the link's first bending frequency (rad/s), buckling load (N), or zero
+# and damper between motor and link, the link's first bending frequency (rad/s), buckling load (N), or zero;
+# the length of a rigid link whose end moves to second order as its start turns, or zero
 TIP, AXIS, PARENT_AXIS, ANGLE = 0, 1, 4, 7
 VISCOUS, COULOMB, COULOMB_SPEED, ROTOR, SPRING, DAMPER = 8, 9, 10, 11, 12, 13
-BENDING, BUCKLING = 14, 15
+BENDING, BUCKLING, BOWED = 14, 15, 16
 # columns of Chain.closing, an equation each: what it equates, the links on whose ends its points or
 # directions a, b and its direction d ride (-1: the base), the loop it belongs to
 EQUATION, LINK_A, LINK_B, LINK_D, CLOSING_LOOP = range(5)
 POINT, DIRECTION = range(2)
 # columns of Workspace.frame: angular velocity, acceleration of the origin, angular acceleration, rotation
-# to the parent (row-wise), displacement of the start without the joint's own rotation, its derivative by
-# q, lever
+# to the parent (row-wise), the start's row without the joint's own rotation, its derivative by q, lever; the
+# rotational entries of the start's row by those of the parent's end (3, 3) and by the joint's own rotation
+# (3,) (joint_turn.py), the derivatives of a bowed link's length by them (2,), the start's displacement by those
+# of the parent's end where the link slides (3, 3), the joint's own rotation.  The (3, 3) are transposed, as
+# ROTATION stands to E^T.
 OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
+TURN_OVER, TURN_AXIS, BOW, SLIDE_OVER, PSI, FRAME_COLUMNS = 33, 42, 45, 47, 56, 64
 # columns of Workspace.moving, a row for each node's carrier: motion and ROTATION (to the carrier before) as
 # above, then the section's rotation and place from the carrier, the vectors b, c and the coefficients of
 # their tangents; of a link's start instead of these two the joint's axis and lever where it slides
@@ -56,9 +61,9 @@ class Chain(NamedTuple):
     co_moving: tuple[int, ...]  # (1,) where frames follow the elements, else ()
     reduction: tuple[int, ...]  # (1,) where links are reduced to modes, else ()
     link: np.ndarray  # (L, 10) int64
-    joint: np.ndarray  # (L, 16)
+    joint: np.ndarray  # (L, 17)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
-    element: np.ndarray  # (E, 13), columns of beam.py
+    element: np.ndarray  # (E, 14), columns of beam.py
     mass: np.ndarray  # (E, 2B, 2B), nodes ordered (end, start); co-moving (E, B, B) over an element's own
     stiffness: np.ndarray  # likewise
     unknown: np.ndarray  # (N, B) int64: the unknown of a nodal dof, or -1 where it depends on others
@@ -78,8 +83,8 @@ class Chain(NamedTuple):
 class Workspace(NamedTuple):
     """Every buffer of a step, sized for one chain."""
 
-    frame: np.ndarray  # (L, 33)
-    kept: np.ndarray  # (L, 33): the frames at the last factorisation
+    frame: np.ndarray  # (L, 64)
+    kept: np.ndarray  # (L, 64): the frames at the last factorisation
     node: np.ndarray  # (4, N, B)
     force: np.ndarray  # (N, B)
     wrench: np.ndarray  # (L, B)
@@ -102,6 +107,7 @@ class Workspace(NamedTuple):
     drive: np.ndarray  # (4, m): torque and prescribed motion between the ends of a step
     memory: np.ndarray  # (n,): what a method keeps from step to step
     square: np.ndarray  # (2B, 2B)
+    gradient: np.ndarray  # (6, 12): of an element's strains
     coupling: np.ndarray  # (2B + 1, B)
     inertia: np.ndarray  # (B, B)
     scratch: np.ndarray  # (30, 3)
@@ -144,8 +150,8 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
     moving = zeros((own, 44))
     moving[:, [HALF, HALF + 4, HALF + 8]] = 1.0
     buffers = Workspace(
-        frame=zeros((links, 33)),
-        kept=zeros((links, 33)),
+        frame=zeros((links, FRAME_COLUMNS)),
+        kept=zeros((links, FRAME_COLUMNS)),
         node=zeros((4, nodes, b)),
         force=zeros((nodes, b)),
         wrench=zeros((links, b)),
@@ -168,6 +174,7 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         drive=zeros((4, joints)),
         memory=zeros(unknowns),
         square=zeros((2 * b, 2 * b)),
+        gradient=zeros((6, 12)),
         coupling=zeros((2 * b + 1, b)),
         inertia=zeros((b, b)),
         scratch=zeros((30, 3)),

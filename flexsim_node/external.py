@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from .chain import COUNT, DISPLACEMENT, FIRST, PARENT, ROTATION, TIP
+from .chain import COUNT, DISPLACEMENT, FIRST, PARENT, ROTATION, SPIN, TIP
 from .kernel import kernel
+from .section_turn import moment_on_row
 
 
 @kernel
@@ -40,9 +41,13 @@ def external_forces(chain, work):
             force[0] -= p0
             force[1] -= p1
             force[2] -= p2
-            force[3] -= m0
-            force[4] -= m1
-            force[5] -= m2
+            if chain.setting[SPIN] > 0.0:
+                f0, f1, f2 = moment_on_row(d[i, 3:6], m0, m1, m2)
+            else:
+                f0, f1, f2 = m0, m1, m2
+            force[3] -= f0
+            force[4] -= f1
+            force[5] -= f2
             wrench[0] -= p0
             wrench[1] -= p1
             wrench[2] -= p2

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from .aligned import aligned
-from .beam import COLUMNS, START, STIFFENING
+from .beam import COLUMNS, START, STIFFENING, TURNING
 from .by_reference import by_reference
 from .chain import (
     ANGLE,
     AXIS,
     BENDING,
     BODIES,
+    BOWED,
     BUCKLING,
     COULOMB,
     COULOMB_SPEED,
@@ -56,6 +57,7 @@ class Tables:
         self.both = self.dofs + [6 + k for k in self.dofs]
         self.co_moving = scene.formulation == "co_moving"
         self.at_chords = scene.erls.zeroed in ("chord", "auto") and not driven and not self.co_moving
+        self.turning = stiffening(scene) and not self.co_moving
         rooted = scene.model_copy(update={"erls": Erls(zeroed="root")})
         self.zeroed = zeroed_directions(rooted if self.co_moving else scene, driven)
         self.limits = watch_limits(scene)
@@ -65,7 +67,7 @@ class Tables:
         self.coordinates = self.unknowns = self.joints + springs
 
         self.link = np.zeros((links, 10), dtype=np.int64)
-        self.joint = np.zeros((links, 16))
+        self.joint = np.zeros((links, 17))
         self.rotation = np.zeros((links, 3, 3, 3))
         self.axes = np.zeros((links, 3, 3))
         self.elements: list[np.ndarray] = []
@@ -122,6 +124,8 @@ class Tables:
             self.rotation[n, k] = before.T @ SPIN[k] @ inside
         row = self.joint[n]
         row[TIP] = length
+        flexible = link.flexible and link.beam is not None
+        row[BOWED] = length if self.turning and not flexible else 0.0
         row[AXIS : AXIS + 3] = inside[2]
         row[PARENT_AXIS : PARENT_AXIS + 3] = before[2]
         row[ANGLE] = link.dh.theta
@@ -195,10 +199,10 @@ class Tables:
     def _add_element(self, link: Link, i: int, step: float, flexible: bool, reduced: bool) -> None:
         values = element_row(self.scene, link, i, step, flexible)
         if reduced:
-            values[STIFFENING] = 0.0
+            values[STIFFENING] = values[TURNING] = 0.0
         mass, stiffness = (matrix[np.ix_(self.both, self.both)] for matrix in element_matrices(values))
         if self.co_moving:
-            values[START] = 0.0
+            values[START] = values[TURNING] = 0.0
             mass, stiffness = own_matrix(mass), own_matrix(stiffness)
         self.elements.append(values)
         self.masses.append(mass)
