@@ -17,6 +17,7 @@ from .chain import (
     FIRST,
     FIRST_ELEMENT,
     RATE,
+    SPIN,
 )
 from .co_moving import station as co_moving_station
 from .co_moving.view import carrier_pose
@@ -28,6 +29,7 @@ from .reduced import plane as planar_reduced_beam
 from .reduced import space as spatial_reduced_beam
 from .reduced.layout import CENTRELINE, LINE, MODES, PIECES, TENSIONS
 from .reduced.link import elongation, recover
+from .section_turn import rotation_vector, rotation_vector_rate
 from .station import interpolate, point_acceleration, section_forces, take_part
 
 STRAIN_GAUGE, IMU, POSE, SECTION_FORCE = range(4)
@@ -69,7 +71,7 @@ def in_link_axes(axes, vector, out):
 
 @kernel
 def beam_element(reduction, chain, n, m, e):
-    """Write the row of element m (of a reduced link, by its number within link n) into e (13,)."""
+    """Write the row of element m (of a reduced link, by its number within link n) into e (14,)."""
     if len(reduction) == 0:
         for k in range(COLUMNS):
             e[k] = chain.element[m, k]
@@ -153,7 +155,7 @@ def station_pose(co, chain, work, n, i, link_pose, out):
 
 @kernel
 def station_section(chain, work, integers, reals, s, frame, e, t):
-    """Sensor s: motion (9,) of its frame, its element e (13,), nodal rows and what follows from them into t.
+    """Sensor s: motion (9,) of its frame, its element e (14,), nodal rows and what follows from them into t.
 
     t (30, 6): rows 10 to 15 of the nodes (displacement, rate, acceleration), 16 to 18 of the section, 19 its
     place.
@@ -178,6 +180,15 @@ def station_section(chain, work, integers, reals, s, frame, e, t):
         spatial_row(work.node[RATE, i], planar, dv)
         spatial_row(work.node[ACCELERATION, i], planar, da)
     c[0], c[1], c[2] = c[0] + d[0], d[1], d[2]
+    turn_section(chain.co_moving, chain, d[3:6], dv[3:6])
+
+
+@kernel
+def turn_section(co, chain, turn, rate):
+    """Make the rotational entries of a row and of its rate (3,) those of the section's rotation vector."""
+    if len(co) == 0 and chain.setting[SPIN] > 0.0:
+        rotation_vector_rate(turn, rate, rate)
+        rotation_vector(turn, turn)
 
 
 @kernel

@@ -76,7 +76,7 @@ class ReducedLink:
     modal_stiffness: np.ndarray
     ends: np.ndarray  # (12, 12) stiffness of (end node, start node)
     coupling: np.ndarray  # (P, 12), likewise
-    element: np.ndarray  # (E, 13)
+    element: np.ndarray  # (E, 14)
     shape: np.ndarray  # (nodes, 6, 12 + P)
     frequency: np.ndarray  # (P,) of the link with its ends held, Hz
 
@@ -215,7 +215,7 @@ def reduce_link(
     Parameters
     ----------
     whole : row of beam.py for the link as one element; ends : (12, 12) its stiffness, (end, start)
-    rows : (E, 13), likewise of each element; masses, stiffnesses : (E, 12, 12), nodes ordered (end, start)
+    rows : (E, 14), likewise of each element; masses, stiffnesses : (E, 12, 12), nodes ordered (end, start)
     free : (6,) which nodal dofs move
     planar : the plane's modes only
     flat : the scene stays in the plane, so that the modes beyond it are counted for themselves
