@@ -33,6 +33,7 @@ from .chain import (
     Q,
 )
 from .co_moving import view
+from .flat import flat
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
 from .reduced import plane as planar_reduced_beam
@@ -46,6 +47,7 @@ from .reduced.layout import (
     WIDTH,
 )
 from .reduced.link import slope_energy
+from .reduced.turning import turning_energy as reduced_turning_energy
 from .spatial_kinematics import to_child
 from .spatial_strain import turning_energy
 
@@ -119,6 +121,8 @@ def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia
         spatial_reduced_coupling.inertia_coupling(size, data, own, e, start, end, inertia)
     modal_energy(chain, work, n, d, rate, w, out)
     out[1] += slope_energy(size, data, own, d, first, len(dofs))[0]
+    if len(dofs) == 6:
+        out[1] += reduced_turning_energy(size, data, own, e, flat(d), first)
     return True
 
 
