@@ -107,7 +107,7 @@ class Workspace(NamedTuple):
     drive: np.ndarray  # (4, m): torque and prescribed motion between the ends of a step
     memory: np.ndarray  # (n,): what a method keeps from step to step
     square: np.ndarray  # (2B, 2B)
-    gradient: np.ndarray  # (6, 12): of an element's strains
+    gradient: np.ndarray  # (12, 12): of an element's strains, and times their stiffnesses
     coupling: np.ndarray  # (2B + 1, B)
     inertia: np.ndarray  # (B, B)
     scratch: np.ndarray  # (30, 3)
@@ -174,7 +174,7 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         drive=zeros((4, joints)),
         memory=zeros(unknowns),
         square=zeros((2 * b, 2 * b)),
-        gradient=zeros((6, 12)),
+        gradient=zeros((12, 12)),
         coupling=zeros((2 * b + 1, b)),
         inertia=zeros((b, b)),
         scratch=zeros((30, 3)),

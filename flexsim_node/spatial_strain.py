@@ -22,7 +22,9 @@ To first order these are the linear strains; they vanish to second order where t
 from __future__ import annotations
 
 from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, squared_slope
+from .flat import flat
 from .kernel import kernel
+from .weighted_sum import add_twelve_thrice
 
 
 @kernel
@@ -124,27 +126,46 @@ def turning_energy(e, p, r):
 
 
 @kernel
-def iteration_turning(e, p, r, scale, b, w):
-    """Add scale times the stiffness of an element without that of its stresses to w (12, 12), upper triangle.
+def write_gradient(row, length, on_cz, on_sz, on_mz, on_cy, on_sy, on_my, on_x0, on_x1):
+    """Write a strain's gradient by the nodes' dofs, ordered (end, start), into row (12,), from that by the slopes."""
+    z, y = on_sz / length, on_sy / length
+    mean_z, mean_y = 0.5 * (on_mz - on_sz), 0.5 * (on_my - on_sy)
+    row[0] = row[6] = 0.0
+    row[1], row[7], row[2], row[8] = z, -z, y, -y
+    row[3], row[9] = 0.5 * (on_x0 + on_x1), 0.5 * (on_x0 - on_x1)
+    row[4], row[10] = -mean_y - on_cy, on_cy - mean_y
+    row[5], row[11] = mean_z + on_cz, mean_z - on_cz
 
-    w and the scratch b (6, 12) are ordered (node i, node i - 1); b holds the strains' gradients.
+
+@kernel
+def iteration_turning(e, p, r, scale, b, w):
+    """Add scale times the stiffness of an element without that of its stresses to w (12, 12) of (18, 18).
+
+    w is ordered (node i, node i - 1); the scratch b (12, 12) gets the strains' gradients, and under them these
+    times the stiffnesses.
     """
-    at, length = slopes(e, p, r), e[LENGTH]
-    k_z, k_y, none = e[BEND_Z], e[BEND_Y], 0.0
-    b[:] = 0.0
-    add_stress(e, at, (1.0, none, none, none, none), 1.0, b[0, 6:12], b[0, 0:6])
-    add_stress(e, at, (none, 1.0, none, none, none), 1.0, b[1, 6:12], b[1, 0:6])
-    add_stress(e, at, (none, none, 1.0, none, none), 1.0, b[2, 6:12], b[2, 0:6])
-    add_stress(e, at, (none, none, none, 1.0, none), 1.0, b[3, 6:12], b[3, 0:6])
-    add_stress(e, at, (none, none, none, none, 1.0), 1.0, b[4, 6:12], b[4, 0:6])
+    c_z, s_z, m_z, c_y, s_y, m_y, x0, x1 = slopes(e, p, r)
+    o_z, o_y, length = 1.0 - e[SHEAR_Z], 1.0 - e[SHEAR_Y], e[LENGTH]
+    write_gradient(b[0], length, 1.0, 0.0, 0.0, x0, -2.0 * o_y * x1, 0.0, c_y, -2.0 * o_y * s_y)
+    write_gradient(b[1], length, 0.0, 1.0, 0.0, -x1 / 6.0, x0, 0.0, s_y, -c_y / 6.0)
+    write_gradient(b[2], length, -x0, 2.0 * o_z * x1, 0.0, 1.0, 0.0, 0.0, -c_z, 2.0 * o_z * s_z)
+    write_gradient(b[3], length, x1 / 6.0, -x0, 0.0, 0.0, 1.0, 0.0, -s_z, c_z / 6.0)
+    on_cz, on_cy = 0.5 * m_y + o_y * s_y, -0.5 * m_z - o_z * s_z
+    write_gradient(b[4], length, on_cz, -o_z * c_y, -0.5 * c_y, on_cy, o_y * c_z, 0.5 * c_z, 0.0, 2.0)
     _, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
     _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
-    b[5, 0], b[5, 6] = 1.0, -1.0
-    b[5, 7], b[5, 11], b[5, 1], b[5, 5] = length * a0, length * a1, length * a2, length * a3
-    b[5, 8], b[5, 10], b[5, 2], b[5, 4] = length * b0, -length * b1, length * b2, -length * b3
-    d_z, d_y = 12.0 * (1.0 - e[SHEAR_Z]) * k_z, 12.0 * (1.0 - e[SHEAR_Y]) * k_y
-    for m in range(12):
-        z, s, y = scale * k_z * b[0, m], scale * d_z * b[1, m], scale * k_y * b[2, m]
-        q, t, u = scale * d_y * b[3, m], scale * e[TORSION] * b[4, m], scale * e[AXIAL] * b[5, m]
-        for n in range(m, 12):
-            w[m, n] += (z * b[0, n] + s * b[1, n] + y * b[2, n]) + (q * b[3, n] + t * b[4, n] + u * b[5, n])
+    row = b[5]
+    row[0], row[3], row[6], row[9] = 1.0, 0.0, -1.0, 0.0
+    row[7], row[11], row[1], row[5] = length * a0, length * a1, length * a2, length * a3
+    row[8], row[10], row[2], row[4] = length * b0, -length * b1, length * b2, -length * b3
+    k_z, k_y = scale * e[BEND_Z], scale * e[BEND_Y]
+    for k in range(12):
+        b[6, k] = k_z * b[0, k]
+        b[7, k] = 12.0 * o_z * k_z * b[1, k]
+        b[8, k] = k_y * b[2, k]
+        b[9, k] = 12.0 * o_y * k_y * b[3, k]
+        b[10, k] = scale * e[TORSION] * b[4, k]
+        b[11, k] = scale * e[AXIAL] * b[5, k]
+    rows, out = flat(b), flat(w)
+    for m in range(0, 12, 3):
+        add_twelve_thrice(6, rows, 72 + m, 12, 1, rows, 0, 12, out, 18 * m, 18)

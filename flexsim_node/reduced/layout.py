@@ -65,6 +65,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     f, g, p, t = (int(size[k]) for k in (CENTRELINE, ROTATION, MODES, TENSIONS))
     axial, y, z = (int(size[k]) for k in (AXIALS, Y_MODES, Z_MODES))
     twists = 2 + p - axial - y - z
+    bent = fours(twists) + fours(3 + y) + fours(3 + z)
+    products = max(2 + y, 2 + z, twists - 1) * fours(3 + max(y, z))
     size[LATERAL_Y], size[LATERAL_Z] = fours(4 + y), fours(4 + z) if b == 6 else 0
     wide, high = int(size[LATERAL_Y]), int(size[LATERAL_Z])
     c, turning, turned = (2, 7, g) if b == 3 else (3, 15, 3 * g + 8)
@@ -78,8 +80,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     for column, length in (
         (MASS_GRAM, f * f), (TURN_GRAM, g * g), (SLOPE_Y, (4 + y) * t * wide), (SLOPE_Z, (4 + z) * t * high),
         (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (ENDS, 2 * b * fours(2 * b)),
-        (COUPLING, 2 * b * p), (SHAPE, shapes), (CROSS_Z, (2 + y) * twists * (3 + z)),
-        (CROSS_Y, (2 + z) * twists * (3 + y)), (CROSS_T, (twists - 1) * (3 + y) * (3 + z)), (PIECES, 0),
+        (COUPLING, 2 * b * p), (SHAPE, shapes), (CROSS_Z, (2 + y) * twists * fours(3 + z)),
+        (CROSS_Y, (2 + z) * twists * fours(3 + y)), (CROSS_T, (twists - 1) * (3 + y) * fours(3 + z)), (PIECES, 0),
     ):  # fmt: skip
         size[column] = constants
         constants += eights(length)
@@ -88,7 +90,7 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (PIVOTS, (p + t) * width), (INVERSE, p + t), (SCALED, t * width), (COLUMN, (3 * b + t) * height),
         (WEIGHT, fours(p + t)), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
         (TURN, turning * g), (TURN_MIX, 27), (TURNED, turned), (GRADIENT, t * (wide + high)),
-        (LATERAL, wide + high), (BENT, 5 * (6 + y + z + twists)), (END, 0),
+        (LATERAL, wide + high), (BENT, 3 * bent + 3 * products), (END, 0),
     ):  # fmt: skip
         size[column] = buffers
         buffers += eights(length)

@@ -8,88 +8,75 @@ from __future__ import annotations
 
 from ..beam import BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION
 from ..kernel import kernel
+from ..weighted_sum import combine, dot
 from .layout import AXIALS, BENT, CROSS_T, CROSS_Y, CROSS_Z, MODAL_STIFFNESS, MODES, TENSIONS, Y_MODES, Z_MODES
 
 
 @kernel
 def counts(size):
-    """Numbers of twists, of slopes in y and in z, and of all of them."""
+    """Numbers of twists, of slopes in y and in z, where the slopes are behind the twists, and length of all."""
     y, z = 3 + size[Y_MODES], 3 + size[Z_MODES]
     twists = 2 + size[MODES] - size[AXIALS] - size[Y_MODES] - size[Z_MODES]
-    return twists, y, z, twists + y + z
+    at_y = fours(twists)
+    at_z = at_y + fours(y)
+    return twists, y, z, at_y, at_z, at_z + fours(z)
+
+
+@kernel
+def fours(n):
+    """The next multiple of four."""
+    return (n + 3) // 4 * 4
 
 
 @kernel
 def write_slopes(size, e, rows, first, own, at):
-    """Write twists, slopes in y and in z of nodal rows, flat, into own[at:]."""
+    """Write twists, slopes in y and in z of nodal rows, flat, into own[at:], each with zeros up to four."""
     p, r, m = 6 * first, 6 * first + 6, 6 * first + 12 + size[AXIALS]
-    twists, y, z, _ = counts(size)
+    twists, y, z, at_y, at_z, count = counts(size)
+    for k in range(count):
+        own[at + k] = 0.0
     own[at], own[at + 1] = 0.5 * (rows[p + 3] + rows[r + 3]), 0.5 * (rows[r + 3] - rows[p + 3])
     for k in range(2, twists):
         own[at + k] = rows[m + y + z - 8 + k]
-    at += twists
+    h = at + at_y
     mean = 0.5 * (rows[p + 5] + rows[r + 5])
-    own[at], own[at + 1] = mean, rows[r + 5] - rows[p + 5]
-    own[at + 2] = (rows[r + 1] - rows[p + 1]) / e[LENGTH] - mean
+    own[h], own[h + 1] = mean, rows[r + 5] - rows[p + 5]
+    own[h + 2] = (rows[r + 1] - rows[p + 1]) / e[LENGTH] - mean
     for k in range(3, y):
-        own[at + k] = rows[m + k - 3]
-    at += y
+        own[h + k] = rows[m + k - 3]
+    h = at + at_z
     mean = -0.5 * (rows[p + 4] + rows[r + 4])
-    own[at], own[at + 1] = mean, rows[p + 4] - rows[r + 4]
-    own[at + 2] = (rows[r + 2] - rows[p + 2]) / e[LENGTH] - mean
+    own[h], own[h + 1] = mean, rows[p + 4] - rows[r + 4]
+    own[h + 2] = (rows[r + 2] - rows[p + 2]) / e[LENGTH] - mean
     for k in range(3, z):
-        own[at + k] = rows[m + y + k - 6]
+        own[h + k] = rows[m + y + k - 6]
 
 
 @kernel
 def add_slope_forces(size, e, own, at, force, first):
     """Add the forces own[at:] on twists and slopes to those on the nodal rows, flat."""
     p, r, m = 6 * first, 6 * first + 6, 6 * first + 12 + size[AXIALS]
-    twists, y, z, _ = counts(size)
+    twists, y, z, at_y, at_z, _ = counts(size)
     force[p + 3] += 0.5 * (own[at] - own[at + 1])
     force[r + 3] += 0.5 * (own[at] + own[at + 1])
     for k in range(2, twists):
         force[m + y + z - 8 + k] += own[at + k]
-    at += twists
-    mean, pull = 0.5 * (own[at] - own[at + 2]), own[at + 2] / e[LENGTH]
+    h = at + at_y
+    mean, pull = 0.5 * (own[h] - own[h + 2]), own[h + 2] / e[LENGTH]
     force[p + 1] -= pull
     force[r + 1] += pull
-    force[p + 5] += mean - own[at + 1]
-    force[r + 5] += mean + own[at + 1]
+    force[p + 5] += mean - own[h + 1]
+    force[r + 5] += mean + own[h + 1]
     for k in range(3, y):
-        force[m + k - 3] += own[at + k]
-    at += y
-    mean, pull = 0.5 * (own[at] - own[at + 2]), own[at + 2] / e[LENGTH]
+        force[m + k - 3] += own[h + k]
+    h = at + at_z
+    mean, pull = 0.5 * (own[h] - own[h + 2]), own[h + 2] / e[LENGTH]
     force[p + 2] -= pull
     force[r + 2] += pull
-    force[p + 4] -= mean - own[at + 1]
-    force[r + 4] -= mean + own[at + 1]
+    force[p + 4] -= mean - own[h + 1]
+    force[r + 4] -= mean + own[h + 1]
     for k in range(3, z):
-        force[m + y + k - 6] += own[at + k]
-
-
-@kernel
-def product(data, at, nx, x, ny, y, own):
-    """sum_ab G_ab x_a y_b, G at data[at:], x and y at own[x:] and own[y:]."""
-    total = 0.0
-    for a in range(nx):
-        inner = 0.0
-        for b in range(ny):
-            inner += data[at + a * ny + b] * own[y + b]
-        total += own[x + a] * inner
-    return total
-
-
-@kernel
-def add_product(data, at, stress, nx, x, ny, y, own, fx, fy):
-    """Add the forces of a stress on that product to own[fx:] and own[fy:]."""
-    for a in range(nx):
-        weight, total = stress * own[x + a], 0.0
-        for b in range(ny):
-            g = data[at + a * ny + b]
-            total += g * own[y + b]
-            own[fy + b] += weight * g
-        own[fx + a] += stress * total
+        force[m + y + k - 6] += own[h + k]
 
 
 @kernel
@@ -109,13 +96,13 @@ def stiffness_of(size, data, e, family, k):
 
 @kernel
 def family_of(size, family):
-    """Of a family of strains: number, its first product, places of its own linear strains and of x and y."""
-    twists, y, z, _ = counts(size)
+    """Of a family of strains: number, products, place of its linear strains; of x count, of x and y place, width."""
+    twists, y, z, at_y, at_z, _ = counts(size)
     if family == 0:
-        return y - 1, size[CROSS_Z], twists + 1, twists, 0, z, twists + y
+        return y - 1, size[CROSS_Z], at_y + 1, twists, 0, at_z, fours(z)
     if family == 1:
-        return z - 1, size[CROSS_Y], twists + y + 1, twists, 0, y, twists
-    return twists - 1, size[CROSS_T], 1, y, twists, z, twists + y
+        return z - 1, size[CROSS_Y], at_z + 1, twists, 0, at_y, fours(y)
+    return twists - 1, size[CROSS_T], 1, y, at_y, at_z, fours(z)
 
 
 @kernel
@@ -126,27 +113,37 @@ def add_turning(size, data, own, e, d, v, first, still, beta, force):
     """
     if size[TENSIONS] == 0:
         return
-    _, _, _, count = counts(size)
-    at, rate, out = size[BENT], size[BENT] + count, size[BENT] + 2 * count
+    _, _, _, _, _, count = counts(size)
+    at, rate, out, by_x = size[BENT], size[BENT] + count, size[BENT] + 2 * count, size[BENT] + 3 * count
     write_slopes(size, e, d, first, own, at)
     if beta != 0.0:
         write_slopes(size, e, v, first, own, rate)
     for k in range(count):
         own[out + k] = 0.0
     for family in range(3):
-        number, cross, linear, nx, x, ny, y = family_of(size, family)
+        number, cross, linear, nx, x, y, width = family_of(size, family)
+        whole = number * width
+        by_rate, spread = by_x + whole, by_x + 2 * whole
+        combine(nx, own, at + x, data, cross, whole, own, by_x, whole)
+        if beta != 0.0:
+            combine(nx, own, rate + x, data, cross, whole, own, by_rate, whole)
         for k in range(number):
-            g, stiffness = cross + k * nx * ny, stiffness_of(size, data, e, family, k)
+            stiffness, row = stiffness_of(size, data, e, family, k), by_x + k * width
             unit = 2.0 if family == 2 and k == 0 else 1.0
-            more = still * product(data, g, nx, at + x, ny, at + y, own)
-            whole = more + still * unit * own[at + linear + k]
+            more = still * dot(width, own, row, own, at + y)
+            stress = more + still * unit * own[at + linear + k]
             if beta != 0.0:
-                quick = product(data, g, nx, rate + x, ny, at + y, own)
-                quick += product(data, g, nx, at + x, ny, rate + y, own)
+                quick = dot(width, own, row, own, rate + y)
+                quick += dot(width, own, by_rate + k * width, own, at + y)
                 more += beta * quick
-                whole += beta * (quick + unit * own[rate + linear + k])
+                stress += beta * (quick + unit * own[rate + linear + k])
+            stress *= stiffness
             own[out + linear + k] += unit * stiffness * more
-            add_product(data, g, stiffness * whole, nx, at + x, ny, at + y, own, out + x, out + y)
+            for b in range(width):
+                own[out + y + b] += stress * own[row + b]
+                own[spread + k * width + b] = stress * own[at + y + b]
+        for a in range(nx):
+            own[out + x + a] += dot(whole, data, cross + a * whole, own, spread)
     add_slope_forces(size, e, own, out, force, first)
 
 
@@ -155,13 +152,16 @@ def turning_energy(size, data, own, e, d, first):
     """What the second order adds to the strain energy of the nodal rows d, flat, J."""
     if size[TENSIONS] == 0:
         return 0.0
-    at, total = size[BENT], 0.0
+    _, _, _, _, _, count = counts(size)
+    at, by_x, total = size[BENT], size[BENT] + 3 * count, 0.0
     write_slopes(size, e, d, first, own, at)
     for family in range(3):
-        number, cross, linear, nx, x, ny, y = family_of(size, family)
+        number, cross, linear, nx, x, y, width = family_of(size, family)
+        whole = number * width
+        combine(nx, own, at + x, data, cross, whole, own, by_x, whole)
         for k in range(number):
             unit = 2.0 if family == 2 and k == 0 else 1.0
-            more = product(data, cross + k * nx * ny, nx, at + x, ny, at + y, own)
+            more = dot(width, own, by_x + k * width, own, at + y)
             stiffness = stiffness_of(size, data, e, family, k)
             total += stiffness * more * (unit * own[at + linear + k] + 0.5 * more)
     return total

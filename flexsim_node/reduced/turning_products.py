@@ -41,7 +41,8 @@ def turning_products(
 
     Returns
     -------
-    (2 + y, 2 + t, 3 + z), (2 + z, 2 + t, 3 + y), (1 + t, 3 + y, 3 + z) for y, z, t modes of the kinds
+    (2 + t, 2 + y, 3 + z), (2 + t, 2 + z, 3 + y), (3 + y, 1 + t, 3 + z) for y, z, t modes of the kinds: factor,
+    strain, other factor, the last with zeros up to a multiple of four
     """
     if not turns:
         return np.zeros(0), np.zeros(0), np.zeros(0)
@@ -68,7 +69,8 @@ def turning_products(
         """Of parts (s, a, b, E) with linear strains (s, k, E) and stiffness (s, E): (k, a, b)."""
         own = np.einsum("ske,se->k", strains**2, stiffness)
         made = np.einsum("ske,se,sabe->kab", strains, stiffness, parts)
-        return np.divide(made, own[:, None, None], out=np.zeros_like(made), where=own[:, None, None] > 0.0)
+        found = np.divide(made, own[:, None, None], out=np.zeros_like(made), where=own[:, None, None] > 0.0)
+        return np.pad(found, ((0, 0), (0, 0), (0, -made.shape[2] % 4)))
 
     in_y = projected(
         np.array([c_z[1:], s_z[1:]]),
@@ -87,4 +89,4 @@ def turning_products(
     )
     # the ends' strain is the difference of their twists, 2 x1; a mode's is its coordinate
     in_twist[0] *= 2.0
-    return in_y, in_z, in_twist
+    return in_y.transpose(1, 0, 2), in_z.transpose(1, 0, 2), in_twist.transpose(1, 0, 2)
