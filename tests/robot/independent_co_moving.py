@@ -36,10 +36,11 @@ class IndependentCoMoving(IndependentChain):
 
     def __init__(self, scene: Scene, planar: bool = False) -> None:
         super().__init__(scene, planar)
+        self.turning = False
         for k, (link, along, axes, step, own, nodes, elements, bodies) in enumerate(self.links):
             flexible = bool(link.beam is not None and link.flexible)
-            elements = [build_element(scene, link, 0.0, step, flexible) for _ in elements]
-            bodies = [build_body(b, 0.0, axes) for b in (link.rigid, link.payload) if b and b.mass > 0]
+            elements = [build_element(scene, link, 0.0, step, flexible, False) for _ in elements]
+            bodies = [build_body(b, 0.0, axes, False) for b in (link.rigid, link.payload) if b and b.mass > 0]
             self.links[k] = (link, along, axes, step, own, nodes, elements, bodies)
 
     def motion(self, z: np.ndarray, zd: np.ndarray) -> list:
