@@ -237,12 +237,14 @@ class Tables:
         spins = stiffening(scene)
         closing, anchor = closing_equations(scene, self.axes, self.planar)
         size = b if self.co_moving else 2 * b
+        rubbing = [n for n in self.joint_links if self.joint[n, COULOMB] > 0.0]
         reduced, modal = reduced_links(self.reductions, len(scene.links), self.dofs)
         chain = Chain(
             dofs=tuple(self.dofs),
             loops=(len(scene.loops),) if scene.loops else (),
             co_moving=(1,) if self.co_moving else (),
             reduction=(1,) if self.reductions else (),
+            coulomb=(len(rubbing),) if rubbing else (),
             link=self.link,
             joint=self.joint,
             rotation=self.rotation,
@@ -263,6 +265,7 @@ class Tables:
             anchor=anchor,
             reduced=reduced,
             modal=modal,
+            rubbing=np.array(rubbing, dtype=np.int64),
         )
         arrays = {name: value for name, value in chain._asdict().items() if isinstance(value, np.ndarray)}
         constants: dict[str, Any] = {name: aligned(array) for name, array in arrays.items()}
