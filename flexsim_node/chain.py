@@ -43,8 +43,9 @@ DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
 # entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next
 # step's first stage too (where q follows the links' chords; at their roots it swings with the elastic modes),
 # whether the elastic displacement meets Coriolis' acceleration, and centrifugal softening,
-# how many of the unknowns are joint coordinates and motors' angles
-GRAVITY, ALPHA, BETA, KEEP, CORIOLIS, SPIN, COORDINATES = 0, 3, 4, 5, 6, 7, 8
+# how many of the unknowns are joint coordinates and motors' angles, Rayleigh's alpha on the elastic velocity
+# alone (ALPHA is the thesis' form)
+GRAVITY, ALPHA, BETA, KEEP, CORIOLIS, SPIN, COORDINATES, RELATIVE = 0, 3, 4, 5, 6, 7, 8, 9
 
 
 class Chain(NamedTuple):
@@ -55,6 +56,7 @@ class Chain(NamedTuple):
     loops: tuple[int, ...]  # (their number,), or () where there are none
     co_moving: tuple[int, ...]  # (1,) where frames follow the elements, else ()
     reduction: tuple[int, ...]  # (1,) where links are reduced to modes, else ()
+    relative: tuple[int, ...]  # (1,) where Rayleigh's alpha damps the elastic velocity alone, else ()
     coulomb: tuple[int, ...]  # (number of joints with Coulomb friction,), or ()
     link: np.ndarray  # (L, 10) int64
     joint: np.ndarray  # (L, 16)
@@ -68,7 +70,7 @@ class Chain(NamedTuple):
     body_mass: np.ndarray  # (bodies, B, B)
     body_place: np.ndarray  # (bodies,) int64: node
     place: np.ndarray  # (N,) distance of a node from the link's start, m
-    setting: np.ndarray  # (9,)
+    setting: np.ndarray  # (10,)
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends

@@ -41,6 +41,7 @@ from .chain import (
     Q,
 )
 from .co_moving import loads
+from .damping import oppose
 from .external import external_forces
 from .kernel import kernel
 from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
@@ -229,6 +230,7 @@ def imbalance(chain, work, x, v, a, torque, out):
     """`residual` with the Coulomb friction at hand, whatever the rates are."""
     place(chain, work, x)
     out[:] = 0.0
+    oppose(chain.relative, chain, work, v, out)
     chain_forces(chain.co_moving, chain, work, v, a, out)
     for i in range(out.size):
         out[i] = -out[i]

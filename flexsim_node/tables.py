@@ -233,7 +233,9 @@ class Tables:
         """The compiled kernels' arrays, which nothing changes any more."""
         scene, effects, b = self.scene, self.scene.effects, len(self.dofs)
         gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
-        rayleigh = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
+        alpha, beta = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
+        thesis = scene.damping.alpha_form == "thesis"
+        rayleigh, relative = (alpha if thesis else 0.0, beta), 0.0 if thesis else alpha
         spins = stiffening(scene)
         closing, anchor = closing_equations(scene, self.axes, self.planar)
         size = b if self.co_moving else 2 * b
@@ -244,6 +246,7 @@ class Tables:
             loops=(len(scene.loops),) if scene.loops else (),
             co_moving=(1,) if self.co_moving else (),
             reduction=(1,) if self.reductions else (),
+            relative=(1,) if relative > 0.0 else (),
             coulomb=(len(rubbing),) if rubbing else (),
             link=self.link,
             joint=self.joint,
@@ -258,7 +261,8 @@ class Tables:
             body_place=np.array(self.body_nodes, dtype=np.int64),
             place=np.array(self.places),
             setting=np.array(
-                [*gravity, *rayleigh, self.at_chords, effects.coriolis, spins, self.coordinates], dtype=float
+                [*gravity, *rayleigh, self.at_chords, effects.coriolis, spins, self.coordinates, relative],
+                dtype=float,
             ),
             limit=self.limits[:3].copy(),
             closing=closing,
