@@ -333,7 +333,7 @@ def stick(coulomb, chain, work, da):
     tail = table.shape[1] - COLUMNS
     resting = False
     for p in range(rubs.size):
-        resting = resting or table[p, tail + STUCK] > 0.0
+        resting = resting or (table[p, tail + STUCK] > 0.0 and not work.held[rubs[p]])
     if not resting:
         return True
     columns(chain, work, 1.0)
@@ -418,6 +418,24 @@ def stand_still(coulomb, chain, work, v):
 
 
 @kernel
+def stay(coulomb, chain, work, x, v, end):
+    """Take from positions `end` (n,) what a step from x, v has moved joints that were and are held."""
+    if len(coulomb) == 0:
+        return
+    rubs, table = chain.rubbing, work.rubbing
+    tail = table.shape[1] - COLUMNS
+    held = False
+    for p in range(rubs.size):
+        table[p, tail + SPEED] = joint_rate(chain.link, rubs[p], x)
+        if is_held(chain, work, p) and joint_rate(chain.link, rubs[p], v) == 0.0:
+            held = True
+        else:
+            table[p, tail + SHARE] = 0.0
+    if held:
+        put_back(chain, work, end, True)
+
+
+@kernel
 def close_resting(coulomb, loops, chain, work, x, v, still):
     """`close`, with joints that friction holds where they are; False where the loops stay open."""
     if len(coulomb) == 0 or len(loops) == 0:
@@ -449,7 +467,8 @@ def put_back(chain, work, y, position):
     for p in range(k):
         row, holds = table[p], is_held(chain, work, p) and table[p, tail + SHARE] > 0.0
         for q in range(k):
-            row[matrix + q] = row[n + q] if holds and is_held(chain, work, q) else 0.0
+            other = is_held(chain, work, q) and table[q, tail + SHARE] > 0.0
+            row[matrix + q] = row[n + q] if holds and other else 0.0
         row[tail + RIGHT] = 0.0
         if holds:
             row[tail + RIGHT] = joint_rate(chain.link, rubs[p], y) - (row[tail + SPEED] if position else 0.0)

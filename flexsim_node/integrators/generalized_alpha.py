@@ -22,7 +22,7 @@ from ..chain import BETA
 from ..closure import keep_closed
 from ..dynamics import imbalance
 from ..factorization import factorize, set_scale, solve
-from ..friction import close_resting, rub, rub_by_rate, stand_still
+from ..friction import close_resting, rub, rub_by_rate, stand_still, stay
 from ..kernel import kernel
 from ..watch import valid
 
@@ -101,6 +101,7 @@ def step(robot, h, option, begin):
     for i in range(n):
         xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
         ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
+    stay(chain.coulomb, chain, work, x, v, xe)
     drive_joints(chain, work, motion[2], xe, ve, an)
     if not finite(chain, xe, ve):
         return NOT_FINITE

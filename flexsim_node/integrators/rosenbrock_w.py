@@ -45,7 +45,7 @@ from ..chain import ALPHA, BETA, COORDINATES, KEEP
 from ..closure import keep_closed
 from ..dynamics import imbalance
 from ..factorization import factorize, set_scale, solve
-from ..friction import close_resting, rub, rub_by_rate, stand_still
+from ..friction import close_resting, rub, rub_by_rate, stand_still, stay
 from ..kernel import kernel
 from ..watch import valid
 
@@ -151,6 +151,7 @@ def step(robot, h, option, begin):
     status = stage(chain, work, x2, v2, torque[2], motion[2], gh, a, True, v, 0.0)
     if status != OK:
         return status
+    stay(chain.coulomb, chain, work, x, v, x2)
     drive_joints(chain, work, motion[2], x2, v2, a)
     if not finite(chain, x2, v2):
         return NOT_FINITE
