@@ -2,19 +2,22 @@
 
     D = alpha/2 w^T M w,    w = P v,
 
-where w is the velocity of the elastic motion: that of the robot less that of the same robot moved rigidly by its
-joints, deformation frozen.  A joint turns at q' + phi', its coordinate's rate and its own elastic rotation's; with
-that taken out (P v)_q = -phi', (P v)_phi = phi' and (P v)_u = u'.  The force -alpha P^T M P v takes energy at the
-rate 2 D, never gives any, does no work in rigid motion, and is the same whatever dofs are zeroed, to the order of
-the elastic rotation times the elastic velocity.  A joint's spring has a damper of its own: its wind-up is motion of
-the joint here, and not of the links.
+where w is the velocity of the elastic motion: that of the robot less that of the same robot moved rigidly by
+its joints, deformation frozen. A joint turns at q' + phi', its coordinate's rate and its own elastic
+rotation's; with that taken out (P v)_q = -phi', (P v)_phi = phi' and (P v)_u = u'. The force -alpha P^T M P v
+takes energy at the rate 2 D, never gives any, does no work in rigid motion, and is the same whatever dofs are
+zeroed, to the order of the elastic rotation times the elastic velocity. A joint's spring has a damper of its
+own: its wind-up is motion of the joint here, and not of the links.
 
-In the ERLS M is that of the undeformed links (what it leaves out is of the order of the elastic rotation); moved
-with the links' frames, an element's or body's velocity is a nodal row, and its momentum one product with a constant
-matrix.  With co-moving frames it is that of the links as they are.
 
-The thesis' own form (2.56), alpha M on the elastic rates alone but by virtual work on all coordinates, stands in
-the inertia forces.  Its power, minus alpha times the elastic velocity times the whole one, has no sign.
+In the ERLS M is that of the undeformed links (what it leaves out is of the order of the elastic rotation);
+moved with the links' frames, an element's or body's velocity is a nodal row, and its momentum one product
+with a constant matrix. With co-moving frames it is that of the links as they are.
+
+
+The thesis' own form (2.56), alpha M on the elastic rates alone but by virtual work on all coordinates, stands
+in the inertia forces. Its power, minus alpha times the elastic velocity times the whole one, has no sign.
+
 """
 
 from __future__ import annotations
@@ -87,7 +90,7 @@ def momenta(co, chain, work, y, out):
 
 @kernel
 def move(dofs, chain, work, y, rows):
-    """Nodal velocities (base's motion in the links' axes, frames' included) of the undeformed robot at rates y."""
+    """Nodal velocities of the undeformed robot at rates y, in the links' axes, the frames' motion included."""
     link, joint, frame, b = chain.link, chain.joint, work.frame, len(dofs)
     for n in range(link.shape[0]):
         f, parent, first, kind = frame[n], link[n, PARENT], link[n, FIRST], link[n, KIND]

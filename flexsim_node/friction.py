@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from math import tanh
 
-from .chain import COORDINATES, COULOMB, COULOMB_SPEED, FIXED, KIND, MOTOR, PHI, Q
+from .chain import COORDINATES, COULOMB, COULOMB_SPEED, MOTOR, PHI, Q
 from .closure import CLOSING_STEPS, close, project
 from .factorization import solve
 from .kernel import kernel
@@ -95,19 +95,19 @@ def columns(chain, work, damped):
     n, k, unit = work.memory.size, chain.rubbing.size, work.vector[8]
     tail = table.shape[1] - COLUMNS
     for p in range(k):
-        l, y = rubs[p], table[p, 0:n]
-        motor, phi = link[l, MOTOR], link[l, PHI]
+        at, y = rubs[p], table[p, 0:n]
+        motor, phi = link[at, MOTOR], link[at, PHI]
         unit[:] = 0.0
-        unit[motor if motor >= 0 else link[l, Q]] = 1.0
+        unit[motor if motor >= 0 else link[at, Q]] = 1.0
         if motor < 0 and phi >= 0:
             unit[phi] = 1.0
         solve(chain, work, unit, y)
         for i in range(int(chain.setting[COORDINATES]), n):
             y[i] *= damped
-        alone = joint_rate(link, l, y)
+        alone = joint_rate(link, at, y)
         project(chain.loops, chain, work, y)
-        own = joint_rate(link, l, y)
-        moves = not work.held[l] and link[l, KIND] != FIXED and own > IMMOBILE * alone
+        own = joint_rate(link, at, y)
+        moves = not work.held[at] and own > IMMOBILE * alone
         table[p, tail + SHARE] = 1.0 if moves else 0.0
     for p in range(k):
         for q in range(k):
@@ -254,6 +254,7 @@ def settle(chain, work, c):
     tail = table.shape[1] - COLUMNS
     for p in range(k):
         table[p, tail + TRIAL] = table[p, tail + FORCE]
+    left = 0.0
     for _ in range(ROUNDS):
         sweep(chain, work, c)
         left = unrest(chain, work, c, TRIAL)
@@ -333,7 +334,8 @@ def stick(coulomb, chain, work, da):
     tail = table.shape[1] - COLUMNS
     resting = False
     for p in range(rubs.size):
-        resting = resting or (table[p, tail + STUCK] > 0.0 and not work.held[rubs[p]])
+        stuck = table[p, tail + STUCK] > 0.0 and not work.held[rubs[p]]
+        resting = resting or stuck
     if not resting:
         return True
     columns(chain, work, 1.0)

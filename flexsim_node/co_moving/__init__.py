@@ -32,8 +32,7 @@ space when it is compiled.
 from __future__ import annotations
 
 from ..kernel import kernel
-from . import plane, space
-from . import momenta as elastic_momenta
+from . import elastic_motion, plane, space
 
 
 @kernel
@@ -114,4 +113,4 @@ def stiffness_times_as(dofs, chain, work, y, scale, out):
 @kernel
 def momenta(chain, work, y, out):
     """Add M y to out (n,), for Rayleigh's alpha."""
-    elastic_momenta.momenta(chain.dofs, chain, work, y, out)
+    elastic_motion.momenta(chain.dofs, chain, work, y, out)

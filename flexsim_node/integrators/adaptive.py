@@ -1,7 +1,8 @@
 """Adaptive references from scipy, Radau (stiff) and DOP853, behind the same step as our own methods.
 
-Where Coulomb's law itself holds a joint or turns its friction round, the equations are not smooth: such an event is
-found on the dense output, and the solver starts again from there.
+Where Coulomb's law itself holds a joint or turns its friction round, the equations are not smooth: such an
+event is found on the dense output, and the solver starts again from there.
+
 """
 
 from __future__ import annotations

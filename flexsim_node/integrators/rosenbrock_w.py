@@ -16,8 +16,10 @@ stage is O(h^2) off and the order stays two for any C and K: a W-method in the s
 Where q follows the links' chords the second stage's factorisation serves the next step's first stage as well
 (0.29 h away); elsewhere q swings with the elastic modes and that is not accurate enough.
 
-Coulomb friction obeys its law at the rates of the step's end (friction.py), which are the second stage's; the first
-stage takes v + h A1 for them, so that a joint stops without turning round.  Smooth friction obeys at either stage's.
+Coulomb friction obeys its law at the rates of the step's end (friction.py), which are the second stage's; the
+first stage takes v + h A1 for them, so that a joint stops without turning round. Smooth friction obeys at
+either stage's.
+
 
 Loops: each stage's acceleration keeps them closed in its second derivative, and the end of the step is
 closed in position and velocity, corrections of third order in h that leave the method's order as it is.

@@ -44,9 +44,9 @@ class Erls(Part):
 class Damping(Part):
     """Rayleigh's coefficients: alpha (1/s) of the mass, beta (s) of the stiffness.
 
-    alpha damps the elastic velocity, that of the links less that of the robot moved rigidly by its joints, and
-    only takes energy.  `alpha_form: thesis` is the thesis' (2.56), in which that force does work in rigid motion
-    too: it may add energy, and the motion depends on which dofs are zeroed.
+    alpha damps the elastic velocity, that of the links less that of the robot moved rigidly by its joints,
+    and only takes energy. `alpha_form: thesis` is the thesis' (2.56), in which that force does work in
+    rigid motion too: it may add energy, and the motion depends on which dofs are zeroed.
     """
 
     alpha: NotNegative = 0.0

@@ -74,7 +74,7 @@ def test_matrix_is_that_of_the_dissipation_function(name):
 
 
 def test_rigid_motion_is_not_damped():
-    """Joints that turn feel nothing of it, whatever is zeroed; in the thesis' form neither, but it pushes them."""
+    """Joints feel nothing of it, whatever is zeroed; the thesis' form lets elastic rates push them."""
     for erls in ({"zeroed": "root"}, {"zeroed": "chord"}):
         damping, _ = matrices(two_link(erls=erls), 3.0, straight)
         assert np.max(np.abs(damping[:2])) == 0.0 and np.max(np.abs(damping[:, :2])) == 0.0

@@ -75,13 +75,13 @@ ROOT_2 = "link: link_2, node: 0, dof: rz"
         ("type: revolute", "type: fixed", 16, "initial.position: has 2 values for 1 moving joints"),
         ("type: revolute", "effort_limit: -1", 8, "effort_limit: is -1; give more than 0"),
         ("type: revolute", "stiffness: 100.0", 8, "stiffness: is 100, but behind a spring the motor moves"),
-        ("joint_1, type: revolute", "joint_1, gear_ratio: 30.0", 8, "joint.gear_ratio: is 30 without a rotor_in"),
-        ("joint_1, type: revolute", "joint_1, coulomb_speed: 0.1", 8, "coulomb_speed: is 0.1 without a coulomb"),
-        ("type: revolute", "actuated: false, effort_limit: 3.0", 8, "effort_limit: is 3, but the joint is pas"),
+        ("joint_1, type: revolute", "joint_1, gear_ratio: 30.0", 8, "gear_ratio: is 30 without a rotor"),
+        ("joint_1, type: revolute", "joint_1, coulomb_speed: 0.1", 8, "coulomb_speed: is 0.1 without a cou"),
+        ("type: revolute", "actuated: false, effort_limit: 3.0", 8, "effort_limit: is 3, but the joint"),
         ("mass: 0.5, ", "", 14, "links.1.payload.inertia: is given, but the body has no mass; give its mass"),
         ("mass: 0.5, inertia: [[0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.2]]", "center_of_mass: [0.1, 0, 0]", 14,
          "links.1.payload.center_of_mass: is given, but the body has no mass"),
-        ("beta: 5.0e-4", "alpha_form: thesys", 4, "damping.alpha_form: is 'thesys'; give 'elastic' or 'thesis'"),
+        ("beta: 5.0e-4", "alpha_form: thesys", 4, "alpha_form: is 'thesys'; give 'elastic' or 'thesis'"),
         ("alpha: 2.0", "alpha_form: thesis", 4, "damping.alpha_form: is given without an alpha"),
         ("effects:", "torque: [{joint: joint_1, type: constant, frequency: 2.0}]\neffects:", 17,
          "torque.0.frequency: has no meaning for type constant"),
@@ -150,7 +150,8 @@ def test_a_fixed_joint_has_nothing_that_moves(tmp_path, key):
     with pytest.raises(SceneError) as refusal:
         load_scene(path)
     assert str(refusal.value).startswith(f"{path}:8: links.0.joint.{key}: is given, but the joint is fixed")
-    path.write_text(TEXT.replace("{name: joint_1, type: revolute}", "{type: fixed}").replace("[0.0, 0.0]", "[0.0]"))
+    right = TEXT.replace("{name: joint_1, type: revolute}", "{type: fixed}")
+    path.write_text(right.replace("[0.0, 0.0]", "[0.0]"))
     assert load_scene(path).joint_names == ("joint_2",)
 
 
