@@ -9,15 +9,12 @@ takes energy at the rate 2 D, never gives any, does no work in rigid motion, and
 zeroed, to the order of the elastic rotation times the elastic velocity. A joint's spring has a damper of its
 own: its wind-up is motion of the joint here, and not of the links.
 
-
 In the ERLS M is that of the undeformed links (what it leaves out is of the order of the elastic rotation);
 moved with the links' frames, an element's or body's velocity is a nodal row, and its momentum one product
 with a constant matrix. With co-moving frames it is that of the links as they are.
 
-
 The thesis' own form (2.56), alpha M on the elastic rates alone but by virtual work on all coordinates, stands
 in the inertia forces. Its power, minus alpha times the elastic velocity times the whole one, has no sign.
-
 """
 
 from __future__ import annotations
@@ -90,7 +87,7 @@ def momenta(co, chain, work, y, out):
 
 @kernel
 def move(dofs, chain, work, y, rows):
-    """Nodal velocities of the undeformed robot at rates y, in the links' axes, the frames' motion included."""
+    """Nodal velocities of the undeformed robot at rates y, with the frames' motion, in the links' axes."""
     link, joint, frame, b = chain.link, chain.joint, work.frame, len(dofs)
     for n in range(link.shape[0]):
         f, parent, first, kind = frame[n], link[n, PARENT], link[n, FIRST], link[n, KIND]

@@ -13,7 +13,7 @@ out of the unknowns' and S is positive definite.  With Y = S^-1 J^T and W = J Y 
 
 a strictly monotone system with one solution, whatever step, inertia and friction are.  It is solved exactly
 here, so that a joint that can be held has a rate of zero, and the matrix of the motion never holds friction.
-It is the time stepping of Moreau, in its implicit form: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235.
+It is Moreau's time stepping in its implicit form: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235.
 
 Nothing is kept from step to step: the forces follow from the rates at a stage's start.
 """
@@ -27,8 +27,8 @@ from .closure import CLOSING_STEPS, close, project
 from .factorization import solve
 from .kernel import kernel
 
-# columns of Workspace.rubbing, a row for each joint with Coulomb friction: Y (n), W (k), a matrix (k), and then
-# the friction, the joint's rate, whether the acceleration decides (at rest), the joint's share in the motion,
+# columns of Workspace.rubbing, a row for each joint with Coulomb friction: Y (n), W (k), a matrix (k), and
+# then the friction, the joint's rate, whether the acceleration decides (at rest), the joint's share in the motion,
 # a right side, a force to try, the rate that `rub_by_rate` saw
 FORCE, SPEED, STUCK, SHARE, RIGHT, TRIAL, BEGUN = range(7)
 COLUMNS = 7
@@ -134,7 +134,7 @@ def obeyed(limit, speed, u, g):
 
 @kernel
 def unrest(chain, work, c, at):
-    """How far the forces in column `at`, with the rates that belong to them, are from the law, over limits."""
+    """How far the forces in column `at`, with their rates, are from the law, as a share of the limits."""
     rubs, table, n = chain.rubbing, work.rubbing, work.memory.size
     tail = table.shape[1] - COLUMNS
     largest = 0.0
@@ -298,7 +298,8 @@ def change(chain, work, damped, da):
 def rub(coulomb, chain, work, v, da, c, damped, before, lag):
     """Correct the answer da of a solve, with the forces at hand, so that at rates v + c da the law holds.
 
-    Coulomb's law itself is held at rates less by lag times the rates `before`.  `damped` scales the elastic part, as in the integrators.  Tells whether forces were found.
+    Coulomb's law itself is held at rates less by lag times the rates `before`.  `damped` scales the elastic
+    part, as in the integrators.  Tells whether forces were found.
     """
     if len(coulomb) == 0:
         return True
@@ -462,7 +463,7 @@ def close_resting(coulomb, loops, chain, work, x, v, still):
 
 @kernel
 def put_back(chain, work, y, position):
-    """Bring held joints back to their positions SPEED, or to a rate of zero; returns how far they were off."""
+    """Bring held joints back to positions SPEED, or to a rate of zero; returns how far off they were."""
     rubs, table, n, k = chain.rubbing, work.rubbing, work.memory.size, chain.rubbing.size
     tail, matrix = table.shape[1] - COLUMNS, work.memory.size + chain.rubbing.size
     largest = 0.0

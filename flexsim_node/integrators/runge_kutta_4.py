@@ -1,7 +1,7 @@
 """Classical Runge-Kutta method of order four; explicit: stable only below 2.8 / highest frequency.
 
-A joint's Coulomb friction keeps its direction over a step.  A joint that turns round in it stops at its end, if
-friction can hold it.  Smooth friction (`coulomb_speed`) that is too steep for the step ends the run.
+A joint's Coulomb friction keeps its direction over a step.  A joint that turns round in it stops at its end,
+if friction can hold it.  Smooth friction (`coulomb_speed`) that is too steep for the step ends the run.
 """
 
 from __future__ import annotations

@@ -38,8 +38,8 @@ class Joint(Part):
     """The joint at a link's start; q adds to theta or to d.
 
     stiffness (N m/rad or N/m) and damping stand between motor and link; rotor_inertia, friction and torque
-    act on the motor.  Coulomb friction holds a joint at rest; with a coulomb_speed (rad/s or m/s) it is smooth,
-    coulomb_friction tanh(rate / coulomb_speed), and a loaded joint creeps.
+    act on the motor.  Coulomb friction holds a joint at rest; with a coulomb_speed (rad/s or m/s) it is
+    smooth, coulomb_friction tanh(rate / coulomb_speed), and a loaded joint creeps.
     """
 
     name: str = ""
@@ -199,7 +199,8 @@ class Link(Part):
             raise ValueError("has a beam but no length; give dh a or d, or replace beam by rigid")
         if self.reduction and self.beam is None:
             raise Misplaced(
-                ("reduction",), "is given, but the link has no beam to reduce; leave it out, or give it a beam"
+                ("reduction",),
+                "is given, but the link has no beam to reduce; leave it out, or give the link a beam",
             )
         if self.beam is not None and self.rigid is not None:
             raise ValueError("has both beam and rigid; give one of the two (payload adds a body)")

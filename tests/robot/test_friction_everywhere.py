@@ -21,7 +21,8 @@ def arm(*joints, **keys) -> dict:
         for k, joint in enumerate(joints)
     ]
     initial = {"velocity": [1.0, -1.5]}
-    return robot(*links, **{"gravity": [0.0, -1.0, 0.0], "initial": initial, "damping": {"beta": 1e-3}, **keys})
+    usual = {"gravity": [0.0, -1.0, 0.0], "initial": initial, "damping": {"beta": 1e-3}}
+    return robot(*links, **{**usual, **keys})
 
 
 def slide(**keys) -> dict:
@@ -68,7 +69,7 @@ def test_joints_come_to_rest_and_stay(name):
 @pytest.mark.parametrize("beam", [None, BEAM], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("formulation", ["erls", "co_moving"])
 def test_a_loop_is_held_by_its_passive_joints(beam, formulation):
-    """Brakes in a four-bar's motor and pins stop it, with the loop closed; one pin's brake alone does, too."""
+    """Brakes in a four-bar's motor and pins stop it with the loop closed; one pin's brake alone does, too."""
     scene = four_bar(beam, formulation=formulation, gravity=[0.0, 0.0, 0.0], damping={"beta": 1e-3})
     for brakes in ((0, 1, 3), (3,)):
         braked = {**scene, "links": [dict(part) for part in scene["links"]]}
