@@ -48,8 +48,9 @@ DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
 # entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next
 # step's first stage too (where q follows the links' chords; at their roots it swings with the elastic modes),
 # whether the elastic displacement meets Coriolis' acceleration, and centrifugal softening,
-# how many of the unknowns are joint coordinates and motors' angles
-GRAVITY, ALPHA, BETA, KEEP, CORIOLIS, SPIN, COORDINATES = 0, 3, 4, 5, 6, 7, 8
+# how many of the unknowns are joint coordinates and motors' angles, Rayleigh's alpha on the elastic velocity
+# alone (ALPHA is the thesis' form)
+GRAVITY, ALPHA, BETA, KEEP, CORIOLIS, SPIN, COORDINATES, RELATIVE = 0, 3, 4, 5, 6, 7, 8, 9
 
 
 class Chain(NamedTuple):
@@ -60,6 +61,8 @@ class Chain(NamedTuple):
     loops: tuple[int, ...]  # (their number,), or () where there are none
     co_moving: tuple[int, ...]  # (1,) where frames follow the elements, else ()
     reduction: tuple[int, ...]  # (1,) where links are reduced to modes, else ()
+    relative: tuple[int, ...]  # (1,) where Rayleigh's alpha damps the elastic velocity alone, else ()
+    coulomb: tuple[int, ...]  # (number of joints with Coulomb friction,), or ()
     link: np.ndarray  # (L, 10) int64
     joint: np.ndarray  # (L, 17)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
@@ -72,12 +75,13 @@ class Chain(NamedTuple):
     body_mass: np.ndarray  # (bodies, B, B)
     body_place: np.ndarray  # (bodies,) int64: node
     place: np.ndarray  # (N,) distance of a node from the link's start, m
-    setting: np.ndarray  # (9,)
+    setting: np.ndarray  # (10,)
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
     reduced: np.ndarray  # (L, 43 + 2P) int64: links that are one element with modes, see reduced/layout.py
     modal: np.ndarray  # their constants
+    rubbing: np.ndarray  # (k,) int64: links at whose joints there is Coulomb friction
 
 
 class Workspace(NamedTuple):
@@ -98,12 +102,12 @@ class Workspace(NamedTuple):
     scale: np.ndarray  # (3,): of the stiffness, of the joints' damping and of their springs; -1 before any
     pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)
-    spring: np.ndarray  # (L, 3): joint spring in the matrix, 1 / pivot of its motor, Coulomb force over speed
+    spring: np.ndarray  # (L, 2): joint spring in the matrix, 1 / pivot of its motor
     interface: np.ndarray  # (L, 2B, 2B)
     load: np.ndarray  # (L, 2B)
     answer: np.ndarray  # (L, 2B)
     front: np.ndarray  # (3B, 3B)
-    vector: np.ndarray  # (8, n)
+    vector: np.ndarray  # (11, n): of the methods 0 to 7, of friction 8, of Rayleigh's alpha 9 and 10
     drive: np.ndarray  # (4, m): torque and prescribed motion between the ends of a step
     memory: np.ndarray  # (n,): what a method keeps from step to step
     square: np.ndarray  # (2B, 2B)
@@ -125,6 +129,7 @@ class Workspace(NamedTuple):
     pair: np.ndarray  # (4, 2, B): rows of one element's two nodes
     carrier: np.ndarray  # (2, B, B)
     modal: np.ndarray  # buffers of the reduced links, see reduced/layout.py
+    rubbing: np.ndarray  # (k, n + 2k + 7): Coulomb friction, columns of friction.py
 
 
 class Robot(NamedTuple):
@@ -145,7 +150,7 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
     last = chain.link[:, [Q, PHI, MOTOR]].max(initial=-1)
     unknowns = max(int(chain.unknown.max(initial=-1)), int(last)) + 1
     joints = int(np.sum(chain.link[:, KIND] != FIXED))
-    equations = len(chain.closing)
+    equations, rubs = len(chain.closing), len(chain.rubbing)
     own = nodes if chain.co_moving else 0
     moving = zeros((own, 44))
     moving[:, [HALF, HALF + 4, HALF + 8]] = 1.0
@@ -165,12 +170,12 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         scale=np.full(3, -1.0),
         pivot=zeros((nodes * b, 3 * b + 1)),
         joint_pivot=zeros((links, 2, 2 * b + 2)),
-        spring=zeros((links, 3)),
+        spring=zeros((links, 2)),
         interface=zeros((links, 2 * b, 2 * b)),
         load=zeros((links, 2 * b)),
         answer=zeros((links, 2 * b)),
         front=zeros((3 * b, 3 * b)),
-        vector=zeros((8, unknowns)),
+        vector=zeros((11, unknowns)),
         drive=zeros((4, joints)),
         memory=zeros(unknowns),
         square=zeros((2 * b, 2 * b)),
@@ -191,5 +196,6 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         pair=zeros((4, 2, b)),
         carrier=zeros((2, b, b)),
         modal=zeros(buffer_length(chain.reduced)),
+        rubbing=zeros((rubs, unknowns + 2 * rubs + 7 if rubs else 0)),
     )
     return by_reference(buffers._replace(**shared))

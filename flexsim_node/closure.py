@@ -401,6 +401,22 @@ def subtract(w, n, y):
 
 
 @kernel
+def project(loops, chain, work, y):
+    """Take from y (n,), an answer of the factorised tree, what would open the loops, after `keep_closed`."""
+    if len(loops) == 0:
+        return
+    w, n = work.closure, work.memory.size
+    at = 2 * n + w.shape[0] + DEFECT
+    for k in range(w.shape[0]):
+        total = 0.0
+        for j in range(n):
+            total += w[k, j] * y[j]
+        w[k, at] = total
+    resolve(w, n)
+    subtract(w, n, y)
+
+
+@kernel
 def defects(chain, work, second):
     """Write the equations' values, or their second derivatives; returns the largest."""
     w = work.closure

@@ -30,6 +30,7 @@ from .chain import (
     MOTOR,
     PARENT,
     PHI,
+    RELATIVE,
     SPIN,
     Q,
 )
@@ -56,7 +57,20 @@ def set_scale(chain, work, stiffness, damping, spring):
         for i in range(w.shape[1]):
             for k in range(w.shape[1]):
                 w[e, i, k] = chain.mass[e, i, k] + constant * chain.stiffness[e, i, k]
+    add_elastic_damping(chain.relative, chain, work, damping)
     set_modal_scale(chain.reduction, chain, work, stiffness)
+
+
+@kernel
+def add_elastic_damping(relative, chain, work, scale):
+    """Add scale times what Rayleigh's alpha has on the elements' nodes: most of damping.py's matrix."""
+    if len(relative) == 0:
+        return
+    w, factor = work.iteration, scale * chain.setting[RELATIVE]
+    for e in range(w.shape[0]):
+        for i in range(w.shape[1]):
+            for k in range(w.shape[1]):
+                w[e, i, k] += factor * chain.mass[e, i, k]
 
 
 @kernel

@@ -71,7 +71,7 @@ def own_pivot(chain, work, n):
     A motor's own angle is eliminated here, and leaves its inertia behind the spring.
     """
     joint = chain.joint
-    rotor = joint[n, ROTOR] + work.scale[1] * (joint[n, VISCOUS] + work.spring[n, 2])
+    rotor = joint[n, ROTOR] + work.scale[1] * joint[n, VISCOUS]
     if chain.link[n, MOTOR] < 0:
         return rotor
     spring = work.scale[2] * joint[n, SPRING] + work.scale[1] * joint[n, DAMPER]

@@ -17,10 +17,12 @@ from .chain import (
     FIRST,
     FIRST_ELEMENT,
     RATE,
+    RELATIVE,
     SPIN,
 )
 from .co_moving import station as co_moving_station
 from .co_moving.view import carrier_pose
+from .damping import elastic_rates
 from .dynamics import residual
 from .flat import flat
 from .kernel import kernel
@@ -307,6 +309,18 @@ def read_stress(chain, work, integers, reals, setting, whole, t, load, values):
 
 
 @kernel
+def with_damping(relative, chain, work, v, a):
+    """Accelerations whose inertia loads the links as accelerations a and Rayleigh's alpha at rates v do."""
+    if len(relative) == 0:
+        return a
+    out = work.vector[0]
+    elastic_rates(chain, v, out)
+    for i in range(out.size):
+        out[i] = a[i] + chain.setting[RELATIVE] * out[i]
+    return out
+
+
+@kernel
 def sense(chain, work, integers, reals, setting, axes, pose, x, v, a, whole, torque, rhs, t, load, values):
     """Read every sensor into values; `whole`: the forces of the whole robot are needed.
 
@@ -317,10 +331,11 @@ def sense(chain, work, integers, reals, setting, axes, pose, x, v, a, whole, tor
     free_accelerations(chain.co_moving, chain, v, a, rhs)
     accelerate(chain, work, v, rhs)
     read_motion(chain, work, integers, reals, axes, pose, t, values)
+    loaded = with_damping(chain.relative, chain, work, v, a)
     if whole:
-        residual(chain, work, x, v, a, torque, rhs)
+        residual(chain, work, x, v, loaded, torque, rhs)
     else:
-        accelerate(chain, work, v, a)
+        accelerate(chain, work, v, loaded)
     read_stress(chain, work, integers, reals, setting, whole, t, load, values)
 
 

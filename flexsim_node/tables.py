@@ -237,16 +237,21 @@ class Tables:
         """The compiled kernels' arrays, which nothing changes any more."""
         scene, effects, b = self.scene, self.scene.effects, len(self.dofs)
         gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
-        rayleigh = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
+        alpha, beta = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
+        thesis = scene.damping.alpha_form == "thesis"
+        rayleigh, relative = (alpha if thesis else 0.0, beta), 0.0 if thesis else alpha
         spins = stiffening(scene)
         closing, anchor = closing_equations(scene, self.axes, self.planar)
         size = b if self.co_moving else 2 * b
+        rubbing = [n for n in self.joint_links if self.joint[n, COULOMB] > 0.0]
         reduced, modal = reduced_links(self.reductions, len(scene.links), self.dofs)
         chain = Chain(
             dofs=tuple(self.dofs),
             loops=(len(scene.loops),) if scene.loops else (),
             co_moving=(1,) if self.co_moving else (),
             reduction=(1,) if self.reductions else (),
+            relative=(1,) if relative > 0.0 else (),
+            coulomb=(len(rubbing),) if rubbing else (),
             link=self.link,
             joint=self.joint,
             rotation=self.rotation,
@@ -260,13 +265,15 @@ class Tables:
             body_place=np.array(self.body_nodes, dtype=np.int64),
             place=np.array(self.places),
             setting=np.array(
-                [*gravity, *rayleigh, self.at_chords, effects.coriolis, spins, self.coordinates], dtype=float
+                [*gravity, *rayleigh, self.at_chords, effects.coriolis, spins, self.coordinates, relative],
+                dtype=float,
             ),
             limit=self.limits[:3].copy(),
             closing=closing,
             anchor=anchor,
             reduced=reduced,
             modal=modal,
+            rubbing=np.array(rubbing, dtype=np.int64),
         )
         arrays = {name: value for name, value in chain._asdict().items() if isinstance(value, np.ndarray)}
         constants: dict[str, Any] = {name: aligned(array) for name, array in arrays.items()}

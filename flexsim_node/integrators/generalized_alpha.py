@@ -1,7 +1,8 @@
 """Generalized-alpha method (Chung & Hulbert, J. Appl. Mech. 60 (1993) 371): implicit, second order.
 
 Equilibrium is met at the point alpha_f between start and end of the step by modified Newton iterations on
-the end's acceleration; `option` is the spectral radius at infinite frequency.
+the end's acceleration; `option` is the spectral radius at infinite frequency.  Coulomb friction is one force
+a step, which obeys its law at the rates of the step's end (friction.py).
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from ..acceleration import (
     finite,
 )
 from ..chain import BETA
-from ..closure import close, keep_closed
-from ..dynamics import residual
+from ..closure import keep_closed
+from ..dynamics import imbalance
 from ..factorization import factorize, set_scale, solve
+from ..friction import close_resting, rub, rub_by_rate, stand_still, stay
 from ..kernel import kernel
 from ..watch import valid
 
@@ -65,21 +67,25 @@ def step(robot, h, option, begin):
     for i in range(n):
         an[i] = a[i]
     size = 0.0
-    for _ in range(NEWTON_STEPS):
+    for k in range(NEWTON_STEPS):
         for i in range(n):
             xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
             ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
         drive_joints(chain, work, motion[2], xe, ve, an)
+        if k == 0:
+            rub_by_rate(chain.coulomb, chain, work, ve)
         for i in range(n):
             xm[i] = (1.0 - f) * xe[i] + f * x[i]
             vm[i] = (1.0 - f) * ve[i] + f * v[i]
             am[i] = (1.0 - m) * an[i] + m * a[i]
         between(torque, f, mean)
-        residual(chain, work, xm, vm, am, mean, rhs)
+        imbalance(chain, work, xm, vm, am, mean, rhs)
         if factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)
         keep_closed(chain.loops, chain, work, vm, da, 1.0)
+        if not rub(chain.coulomb, chain, work, ve, da, gamma * h / (1.0 - m), 1.0, ve, 0.0):
+            return NOT_CONVERGED
         size = 0.0
         for i in range(n):
             da[i] /= 1.0 - m
@@ -95,11 +101,13 @@ def step(robot, h, option, begin):
     for i in range(n):
         xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
         ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
+    stay(chain.coulomb, chain, work, x, v, xe)
     drive_joints(chain, work, motion[2], xe, ve, an)
     if not finite(chain, xe, ve):
         return NOT_FINITE
-    if not close(chain.loops, chain, work, xe, ve, rhs):
+    if not close_resting(chain.coulomb, chain.loops, chain, work, xe, ve, rhs):
         return LOOP_OPEN
+    stand_still(chain.coulomb, chain, work, ve)
     if not valid(chain, work):
         return NOT_VALID
     for i in range(n):

@@ -42,10 +42,22 @@ class Erls(Part):
 
 
 class Damping(Part):
-    """Rayleigh's coefficients."""
+    """Rayleigh's coefficients: alpha (1/s) of the mass, beta (s) of the stiffness.
+
+    alpha damps the elastic velocity, that of the links less that of the robot moved rigidly by its joints,
+    and only takes energy. `alpha_form: thesis` is the thesis' (2.56), in which that force does work in
+    rigid motion too: it may add energy, and the motion depends on which dofs are zeroed.
+    """
 
     alpha: NotNegative = 0.0
     beta: NotNegative = 0.0
+    alpha_form: Literal["elastic", "thesis"] = "elastic"
+
+    @model_validator(mode="after")
+    def _with_alpha(self) -> Damping:
+        if self.alpha_form == "thesis" and self.alpha == 0.0:
+            raise Misplaced(("alpha_form",), "is given without an alpha; give that too, or leave it out")
+        return self
 
 
 class Initial(Part):

@@ -585,21 +585,27 @@ class IndependentChain:
             total = total - part.mass @ (p @ self.gravity)
         return total
 
+    def elastic_rates(self, zd: np.ndarray) -> np.ndarray:
+        """Rates of the same deformation without the joints' turning: q' + phi' taken out."""
+        y = zd.copy()
+        y[: self.joints + sum(k is not None for k in self.motor)] = 0.0
+        k = 0
+        for link, *_, own, _, _, _ in self.links:
+            if link.joint.type != "fixed":
+                y[k], k = (-zd[own] if own is not None else 0.0), k + 1
+        return y
+
     def damping_force(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
-        """alpha M and beta K on the elastic rates, by virtual work on every coordinate."""
+        """alpha M on the elastic velocity of the undeformed robot, beta K on the strains' rates, each by its
+        own virtual work."""
         alpha, beta = self.damping
         force = np.zeros(self.unknowns)
-        relative, points = [], []
-        for part, _, basis, d in self.pieces(self.motion(z, zd)):
-            v = part.displacement(d).rate @ basis.value.T
-            relative.append((np.sqrt(part.mass)[:, None] * v).ravel())
-            relative += [[np.sqrt(j) * (twist @ d.rate)] for j, twist in part.spin]
-        if self.scene.effects.rotor_inertia:
-            relative.append(np.zeros(self.joints))
-        points = np.concatenate(relative).real
+        straight = z.copy()
+        straight[self.joints + sum(k is not None for k in self.motor) :] = 0.0
+        points = self.velocities(straight, self.elastic_rates(zd)).real
         strain_rate = self.strain(z, zd).rate.real
         for k, unit in enumerate(np.eye(self.unknowns)):
-            force[k] -= alpha * (self.velocities(z, unit).real @ points)
+            force[k] -= alpha * (self.velocities(straight, self.elastic_rates(unit)).real @ points)
             force[k] -= beta * (self.strain(z, unit).rate.real @ strain_rate)
         return force
 
@@ -611,7 +617,10 @@ class IndependentChain:
         if self.scene.effects.joint_friction:
             for k, j in enumerate(self.scene.joints):
                 effort[k] -= j.viscous_friction * rate[k]
-                effort[k] -= j.coulomb_friction * np.tanh(rate[k] / j.coulomb_speed)
+                if j.coulomb_speed > 0.0:
+                    effort[k] -= j.coulomb_friction * np.tanh(rate[k] / j.coulomb_speed)
+                else:
+                    effort[k] -= j.coulomb_friction * np.sign(rate[k])
         units = np.eye(self.unknowns)
         given = [effort @ self.motor_rate(unit) for unit in units]
         lost = [damper @ (self.motor_rate(unit) - self.joint_rate(unit)) for unit in units]

@@ -102,14 +102,13 @@ class IndependentCoMoving(IndependentChain):
         return np.zeros(self.unknowns)
 
     def damping_force(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
-        """alpha M on the velocities with the joints at rest, beta K on the strains' rates."""
+        """alpha M on the velocities with the joints at rest, beta K on the strains' rates, each by its own
+        virtual work."""
         alpha, beta = self.damping
-        elastic = np.array(zd)
-        elastic[: self.joints] = 0.0
-        elastic[[at for at in self.motor if at is not None]] = 0.0
-        points, strain = self.velocities(z, elastic).real, self.strain(z, zd).rate.real
+        points = self.velocities(z, self.elastic_rates(zd)).real
+        strain = self.strain(z, zd).rate.real
         force = np.zeros(self.unknowns)
         for k, unit in enumerate(np.eye(self.unknowns)):
-            force[k] -= alpha * (self.velocities(z, unit).real @ points)
+            force[k] -= alpha * (self.velocities(z, self.elastic_rates(unit)).real @ points)
             force[k] -= beta * (self.strain(z, unit).rate.real @ strain)
         return force
