@@ -91,7 +91,7 @@ def test_torque_gives_its_work():
         )
 
         def torque(t):
-            return np.array([0.8 * np.sin(20 * t), 0.3, -0.2 * np.cos(9 * t)])
+            return np.array([0.9 * np.sin(20 * t), 0.3, -0.2 * np.cos(9 * t)])
 
         run = simulate(scene, torque, 0.1, sample_period=1e-4)
         work = simpson(np.sum(run.torque * run.joint_velocity, axis=1), x=run.time)
