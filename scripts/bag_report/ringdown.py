@@ -129,7 +129,16 @@ def fastest_of(signal: Array, period: float) -> float:
     return float(frequency[np.flatnonzero(lines >= SMALL * lines.max())[-1]])
 
 
-def identify(signal: Array, period: float) -> tuple[tuple[Mode, ...], tuple[Harmonic, ...], float]:
+def identify(signal: Array, period: float) -> tuple[tuple[Mode, ...], float]:
+    """Return the modes of a free decay (K, d), by falling amplitude, and the share of it they explain.
+
+    As `told_apart`, without the harmonics.
+    """
+    modes, _, explained = told_apart(signal, period)
+    return modes, explained
+
+
+def told_apart(signal: Array, period: float) -> tuple[tuple[Mode, ...], tuple[Harmonic, ...], float]:
     """Return the modes of a free decay (K, d), by falling amplitude, their harmonics, and the share explained.
 
     `period` is that between samples, s. A mode is what several orders of the model, and the decay's parts,
@@ -236,7 +245,7 @@ def search(
         share = 0.0
         for part in (0.0, 0.08, 0.16, 0.25, 0.4):
             first = begin + round(part * (end - begin))
-            modes, harmonics, explained = identify(signal[first:end], period)
+            modes, harmonics, explained = told_apart(signal[first:end], period)
             share = max(share, explained)
             if modes and (end - first) * period * modes[0].frequency >= LEAST_PERIODS:
                 last = min(end, len(time)) - 1
