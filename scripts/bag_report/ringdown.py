@@ -32,8 +32,11 @@ GOOD = 0.995  # share from which a decay need not begin later
 STABLE = (0.01, 0.25)  # a mode is one where two orders agree so well in frequency, and in damping
 MOST_DAMPED = 0.5
 ALIKE = 0.25  # a harmonic's rate of decay and that of its origins
-AUDIBLE = 1.5  # times the noise in it, the power of a decay
+AUDIBLE = 5.0  # times the noise in it, the power of a decay
+HEARD = 15.0  # times the noise of a sample, the energy of a mode; twice that of noise's highest line
+AUDIBLE_LINE = 3.0  # times the middle one, a line of a spectrum that is more than noise
 LEAST_SAMPLES = 40
+MOST_REASONS = 4  # of the largest
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,8 @@ def poles(signal: Array, period: float, order: int) -> tuple[NDArray[np.complex1
     if power < AUDIBLE * noise or power == 0.0:
         return exponents, 2.0 * np.linalg.norm(weights, axis=1), 0.0
     explained = 1.0 - max(rest - noise, 0.0) / (power - noise)
+    energy = 0.5 * np.sum(np.abs(parts) ** 2, axis=0) * np.sum(np.abs(2.0 * weights) ** 2, axis=1)
+    weights[energy < HEARD * noise / samples] = 0.0
     return exponents, 2.0 * np.linalg.norm(weights, axis=1), explained
 
 
@@ -126,7 +131,9 @@ def fastest_of(signal: Array, period: float) -> float:
     lines = np.linalg.norm(np.fft.rfft((signal - signal.mean(axis=0)) * window, axis=0), axis=1)
     frequency = np.fft.rfftfreq(len(signal), period)
     lines[frequency * period * len(signal) < 2.0] = 0.0  # what drifts
-    return float(frequency[np.flatnonzero(lines >= SMALL * lines.max())[-1]])
+    least = max(SMALL * lines.max(), AUDIBLE_LINE * float(np.median(lines)))
+    heard = np.flatnonzero(lines >= min(least, lines.max()))
+    return float(frequency[heard[-1]])
 
 
 def identify(signal: Array, period: float) -> tuple[tuple[Mode, ...], float]:
@@ -269,7 +276,7 @@ def search(
             )
         if len(found) == most:
             break
-    return sorted(found, key=lambda r: -r.modes[0].amplitude), why_not
+    return sorted(found, key=lambda r: -r.modes[0].amplitude), why_not[:MOST_REASONS]
 
 
 def ring_downs(

@@ -393,6 +393,12 @@ def stress(
     )
     if stresses.period:
         section.say(f"From every {count / MOST:.0f}th elastic state.")
+    few = [k.name for k in scene.links if scene.modes_of(k) is not None] if scene is not None else []
+    if few:
+        section.say(
+            f"{', '.join(few)}: reduced to a few modes, whose strains miss part of the axial and transverse forces"
+            " (tens of percent of a link's own weight) and some of the bending; section_force sensors do not."
+        )
     if any(s.assumed for s in found):
         names = ", ".join(s.link for s in found if s.assumed)
         section.say(f"{names}: given by its constants; taken as the rectangle with the same second moments.")

@@ -97,12 +97,8 @@ def candidates(signal: Array, period: float, moved: NDArray[np.bool_] | None) ->
     if moved is not None:
         swing[moved] = 0.0
     found: list[Window] = []
-    for kind, frequency in enumerate(frequencies(swing, period)):
-        for window in dying(signal, period, frequency, moved):
-            # Another frequency's view of the same stretch.
-            same = [w for w in found if abs(w.begin - window.begin) * period < 1.0 / min(w.frequency, frequency)]
-            if kind == 0 or not same:
-                found.append(window)
+    for frequency in frequencies(swing, period):
+        found += dying(signal, period, frequency, moved)
     return sorted(found, key=lambda w: -w.size)
 
 
