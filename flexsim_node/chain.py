@@ -94,6 +94,7 @@ class Workspace(NamedTuple):
     wrench: np.ndarray  # (L, B)
     attitude: np.ndarray  # (L, 9): rotation of the body frames to the base, where a load asks for it
     external: np.ndarray  # (2, L, 6): force and moment on the links' ends, in beam axes and in base axes
+    course: np.ndarray  # (3, 2, L, 6): those at start, middle and end of the step
     loaded: np.ndarray  # (2,) bool: whether there are any
     validity: np.ndarray  # (2, 3): largest values that the watch saw, and the links where
     correction: np.ndarray  # (1,): of the last Newton step, m or rad
@@ -110,6 +111,7 @@ class Workspace(NamedTuple):
     vector: np.ndarray  # (11, n): of the methods 0 to 7, of friction 8, of Rayleigh's alpha 9 and 10
     drive: np.ndarray  # (4, m): torque and prescribed motion between the ends of a step
     memory: np.ndarray  # (n,): what a method keeps from step to step
+    arrival: np.ndarray  # (n,): the accelerations that a method has at the step's end
     square: np.ndarray  # (2B, 2B)
     gradient: np.ndarray  # (12, 12): of an element's strains, and times their stiffnesses
     coupling: np.ndarray  # (2B + 1, B)
@@ -162,6 +164,7 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         wrench=zeros((links, b)),
         attitude=zeros((links, 9)),
         external=zeros((2, links, 6)),
+        course=zeros((3, 2, links, 6)),
         loaded=zeros(2, dtype=np.bool_),
         validity=zeros((2, 3)),
         correction=zeros(1),
@@ -178,6 +181,7 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         vector=zeros((11, unknowns)),
         drive=zeros((4, joints)),
         memory=zeros(unknowns),
+        arrival=zeros(unknowns),
         square=zeros((2 * b, 2 * b)),
         gradient=zeros((12, 12)),
         coupling=zeros((2 * b + 1, b)),

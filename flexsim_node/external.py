@@ -57,6 +57,22 @@ def external_forces(chain, work):
 
 
 @kernel
+def load_at(work, at):
+    """Put the loads at a fraction of the step in force, by the parabola through start, middle and end."""
+    if not (work.loaded[0] or work.loaded[1]):
+        return
+    p = 2.0 * (at - 0.5) * (at - 1.0)
+    q = 4.0 * at * (1.0 - at)
+    r = 2.0 * at * (at - 0.5)
+    course, external = work.course, work.external
+    for axes in range(2):
+        for n in range(external.shape[1]):
+            for k in range(6):
+                start, middle, end = course[0, axes, n, k], course[1, axes, n, k], course[2, axes, n, k]
+                external[axes, n, k] = p * start + q * middle + r * end
+
+
+@kernel
 def attitudes(chain, work):
     """Rotations of the placed body frames to the base (row-wise)."""
     for n in range(chain.link.shape[0]):

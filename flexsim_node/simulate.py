@@ -86,7 +86,7 @@ def simulate(
     sample_period : s between samples; the scene's step where None.  Steps are as long as the scene says,
         shortened so that a whole number of them makes a period
     wrench : link name to a callable t -> (6,), force (N) and moment (N m) on that link's end along the axes
-        of its frame; `base:` before the name takes the base's axes.  Over a step it is that of its middle
+        of its frame; `base:` before the name takes the base's axes
     prescribed : joint name to a callable t -> (position, velocity, acceleration) that the joint follows
 
     Raises
@@ -110,11 +110,16 @@ def simulate(
     motion = _motion_function(scene, prescribed, robot)
     loads = [(name.removeprefix("base:"), name.startswith("base:"), f) for name, f in (wrench or {}).items()]
 
-    def load(t: float) -> None:
+    def load(t: float, h: float = 0.0) -> None:
+        """Put the loads of a time, or of a step from it, on the links."""
         for name, base, given in loads:
-            robot.apply(name, given(t), base)
+            if h == 0.0:
+                robot.apply(name, given(t), base)
+            else:
+                robot.apply(name, np.array([given(t), given(t + 0.5 * h), given(t + h)]), base)
 
     robot.motion[:] = motion(0.0)
+    load(0.0)
     trouble = ""
     if prescribed:
         robot.follow_motion()
@@ -126,6 +131,8 @@ def simulate(
             raise ValueError(f"{robot.method} has no fixed steps for faults to count; give another method")
         smooth = not isinstance(torque, np.ndarray)
         adaptive = Adaptive(robot.model, robot.work, robot.method, applied, motion, load, smooth)
+        robot.torque[:] = applied(0.0)
+        robot.prepare()
     elif robot.faults is not None:
         robot.command(applied(0.0))
         robot.prepare()
@@ -134,7 +141,6 @@ def simulate(
         robot.torque[:] = applied(0.0)
         robot.prepare()
         robot.warm()
-    load(0.0)
     robot.watch.clear()
     next_look = 0.0
     view = robot.look()
@@ -159,8 +165,6 @@ def simulate(
         link_end[k], node_position[k] = view.link_end, view.position
         rigid_position[k], displacement[k] = view.rigid_position, view.displacement
         if readings:
-            if adaptive is not None:
-                robot.torque[2], robot.motion[2] = torques[k], motion(times[k])
             for name, value in robot.sense().items():
                 readings[name][k] = value
         energy[k] = robot.energy().sum()
@@ -179,30 +183,31 @@ def simulate(
             break
         for n in range(substeps):
             t = times[k] + n * h
-            load(t + 0.5 * h)
+            load(t, h)
+            if robot.faults is not None:
+                # a command a sample, as a controller of that period sends it
+                if n == 0 and k > 0:
+                    robot.command(applied(t))
+                if n == 0:
+                    torques[k] = robot.torque[0]
+            elif constant:
+                robot.torque[:] = applied(t)
+            else:
+                robot.torque[0] = applied(t)
+                robot.torque[1], robot.torque[2] = applied(t + 0.5 * h), applied(t + h)
+            if prescribed:
+                robot.motion[0], robot.motion[1] = motion(t), motion(t + 0.5 * h)
+                robot.motion[2] = motion(t + h)
+            if not (np.all(np.isfinite(robot.torque)) and np.all(np.isfinite(robot.motion))):
+                trouble = "a torque or a prescribed motion is not finite; look at its function"
+                break
             if adaptive is not None:
+                robot.note_step()
                 begin = time.perf_counter()
                 status = adaptive.step(robot.x, robot.v, t, h)
                 if robot.singularity is not None:
                     robot.singularity.look(robot.work)
             else:
-                if robot.faults is not None:
-                    # a command a sample, as a controller of that period sends it
-                    if n == 0 and k > 0:
-                        robot.command(applied(t))
-                    if n == 0:
-                        torques[k] = robot.torque[0]
-                elif constant:
-                    robot.torque[:] = applied(t)
-                else:
-                    robot.torque[0] = applied(t)
-                    robot.torque[1], robot.torque[2] = applied(t + 0.5 * h), applied(t + h)
-                if prescribed:
-                    robot.motion[0], robot.motion[1] = motion(t), motion(t + 0.5 * h)
-                    robot.motion[2] = motion(t + h)
-                if not (np.all(np.isfinite(robot.torque)) and np.all(np.isfinite(robot.motion))):
-                    trouble = "a torque or a prescribed motion is not finite; look at its function"
-                    break
                 begin = time.perf_counter()
                 status = robot.step()
             step_time[taken] = time.perf_counter() - begin

@@ -17,12 +17,13 @@ from ..acceleration import (
     drive_joints,
     finite,
 )
+from ..external import load_at
 from ..friction import close_resting, rub_by_rate, stand_still, stop
 from ..kernel import kernel
 from ..watch import valid
 
 ORDER = 4
-CARRIES_ACCELERATION = False
+SMOOTHING = 0.0  # it follows every mode that it can step
 
 
 @kernel
@@ -44,6 +45,7 @@ def step(robot, h, option, begin):
     for stage in range(4):
         at = 0 if stage == 0 else (2 if stage == 3 else 1)
         drive_joints(chain, work, motion[at], x2, v2, k)
+        load_at(work, 0.5 * at)
         status = acceleration_sliding(chain, work, x2, v2, torque[at], k)
         if status != OK:
             return status
