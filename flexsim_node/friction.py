@@ -28,8 +28,8 @@ from .factorization import solve
 from .kernel import kernel
 
 # columns of Workspace.rubbing, a row for each joint with Coulomb friction: Y (n), W (k), a matrix (k), and
-# then the friction, the joint's rate, whether the acceleration decides (at rest), the joint's share in the motion,
-# a right side, a force to try, the rate that `rub_by_rate` saw
+# then the friction, the joint's rate, whether it was at rest (the acceleration decides then), its share in the
+# motion, a right side, a force to try, the rate that `rub_by_rate` saw
 FORCE, SPEED, STUCK, SHARE, RIGHT, TRIAL, BEGUN = range(7)
 COLUMNS = 7
 ROUNDS = 200
@@ -404,6 +404,15 @@ def is_held(chain, work, p):
 
 
 @kernel
+def is_put_back(chain, work, p, rested):
+    """Whether `put_back` moves a joint: friction holds it, it can move, and it was at rest if it has to."""
+    row = work.rubbing[p]
+    tail = work.rubbing.shape[1] - COLUMNS
+    before = row[tail + STUCK] > 0.0 or not rested
+    return is_held(chain, work, p) and row[tail + SHARE] > 0.0 and before
+
+
+@kernel
 def stand_still(coulomb, chain, work, v):
     """Clear what rounding leaves of the rates v of joints that friction holds."""
     if len(coulomb) == 0:
@@ -430,12 +439,11 @@ def stay(coulomb, chain, work, x, v, end):
     held = False
     for p in range(rubs.size):
         table[p, tail + SPEED] = joint_rate(chain.link, rubs[p], x)
-        if is_held(chain, work, p) and joint_rate(chain.link, rubs[p], v) == 0.0:
-            held = True
-        else:
-            table[p, tail + SHARE] = 0.0
+        rested = joint_rate(chain.link, rubs[p], v) == 0.0
+        table[p, tail + STUCK] = 1.0 if rested else 0.0
+        held = held or (rested and is_held(chain, work, p))
     if held:
-        put_back(chain, work, end, True)
+        put_back(chain, work, end, True, True)
 
 
 @kernel
@@ -454,24 +462,26 @@ def close_resting(coulomb, loops, chain, work, x, v, still):
             return False
         if not held:
             return True
-        away = put_back(chain, work, x, True)
-        away = max(away, put_back(chain, work, v, False))
+        away = put_back(chain, work, x, True, False)
+        away = max(away, put_back(chain, work, v, False, False))
         if not away > RESTING:
             break
     return True
 
 
 @kernel
-def put_back(chain, work, y, position):
-    """Bring held joints back to positions SPEED, or to a rate of zero; returns how far off they were."""
+def put_back(chain, work, y, position, rested):
+    """Bring held joints back to positions SPEED, or to a rate of zero; returns how far off they were.
+
+    `rested`: only those that were at rest before, too.
+    """
     rubs, table, n, k = chain.rubbing, work.rubbing, work.memory.size, chain.rubbing.size
     tail, matrix = table.shape[1] - COLUMNS, work.memory.size + chain.rubbing.size
     largest = 0.0
     for p in range(k):
-        row, holds = table[p], is_held(chain, work, p) and table[p, tail + SHARE] > 0.0
+        row, holds = table[p], is_put_back(chain, work, p, rested)
         for q in range(k):
-            other = is_held(chain, work, q) and table[q, tail + SHARE] > 0.0
-            row[matrix + q] = row[n + q] if holds and other else 0.0
+            row[matrix + q] = row[n + q] if holds and is_put_back(chain, work, q, rested) else 0.0
         row[tail + RIGHT] = 0.0
         if holds:
             row[tail + RIGHT] = joint_rate(chain.link, rubs[p], y) - (row[tail + SPEED] if position else 0.0)
