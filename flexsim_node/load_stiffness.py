@@ -21,6 +21,7 @@ from .dynamics import residual, stiffness_times
 from .element import stiffening
 from .factorization import factorize, set_scale, solve
 from .kinematics import place
+from .tables import Tables
 
 if TYPE_CHECKING:
     from .model import Model
@@ -33,16 +34,25 @@ SMOOTHING = 2  # times that a first vector is bent by itself as a load
 
 
 class LoadStiffness:
-    """The iteration's vector for one model; a robot without elastic unknowns has no such figure."""
+    """The iteration's vector for one model; a robot without elastic unknowns has no such figure.
 
-    def __init__(self, model: Model) -> None:
-        chain = model.chain
+    Where the effect `centrifugal` is off, the figure is that of the same robot with it: of what is left out.  It
+    needs `axial`; without that there is no figure.
+
+    loads : buffers of the loads on the links' ends, `external` and `loaded` of a Workspace
+    """
+
+    def __init__(self, model: Model, **loads: np.ndarray) -> None:
+        chain, self.left_out = model.chain, not (model.chain.co_moving or stiffening(model.scene))
+        if self.left_out and model.scene.effects.axial:
+            chain = with_its_effect(model)
         joint = chain.joint.copy()
         joint[chain.link[:, KIND] != FIXED, ROTOR] = HEAVY
-        self.model = model
+        self.model, self.chain = model, chain
         self.held = with_joints(chain, joint)
-        self.work, self.steady = workspace(chain), workspace(self.held)
-        self.elastic = int(chain.setting[COORDINATES]) < model.unknowns and not rigid(model)
+        self.work, self.steady = workspace(chain, **loads), workspace(self.held)
+        bends = any(link.flexible and link.beam is not None for link in model.scene.links)
+        self.elastic = bends and (model.scene.effects.axial or bool(chain.co_moving))
         # the same start for every run
         self.vector = np.sin(1.0 + np.arange(model.unknowns, dtype=float))
         self.fresh = True
@@ -54,14 +64,13 @@ class LoadStiffness:
         found = 0.0
         steps = FIRST_STEPS if self.fresh else 1
         for _ in range(steps):
-            found = self.improve(x, v, a)
+            found = yield from self.improve(x, v, a)
             self.fresh = False
-            yield
         return max(0.0, found)
 
-    def improve(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
-        """One step of the iteration; returns minus Rayleigh's quotient of its vector."""
-        chain, n = self.model.chain, self.model.unknowns
+    def improve(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> Generator[None, None, float]:
+        """One step of the iteration, in parts; returns minus Rayleigh's quotient of its vector."""
+        chain, n = self.chain, self.model.unknowns
         torque, ahead, behind, stiff = np.zeros(self.model.joints), np.zeros(n), np.zeros(n), np.zeros(n)
         place(self.held, self.steady, x)
         set_scale(self.held, self.steady, SOFT, 0.0, SOFT)
@@ -73,11 +82,13 @@ class LoadStiffness:
         if self.fresh:
             for _ in range(SMOOTHING):
                 self.take(self.vector)
+        yield
         y = self.vector
         size = DIFFERENCE / (np.max(np.abs(y)) or 1.0)
         residual(chain, self.work, x + size * y, v, a, torque, ahead)
         residual(chain, self.work, x - size * y, v, a, torque, behind)
         whole = (behind - ahead) / (2.0 * size)
+        yield
         place(chain, self.work, x)
         stiffness_times(chain, self.work, y, 1.0, stiff)
         energy, lost = float(y @ stiff), stiff - whole
@@ -103,11 +114,7 @@ def with_joints(chain: Chain, joint: np.ndarray) -> Chain:
     return by_reference(Chain(**{**fields, "joint": aligned(joint)}))
 
 
-def rigid(model: Model) -> bool:
-    """Whether no link of the model bends."""
-    return not any(link.flexible and link.beam is not None for link in model.scene.links)
-
-
-def watched(model: Model) -> bool:
-    """Whether the model computes what loads change of its stiffness."""
-    return bool(model.chain.co_moving) or stiffening(model.scene)
+def with_its_effect(model: Model) -> Chain:
+    """The chain of the model's scene with the effect `centrifugal`; its unknowns are the same."""
+    effects = model.scene.effects.model_copy(update={"centrifugal": True})
+    return Tables(model.scene.model_copy(update={"effects": effects}), model.planar, model.driven).chain()

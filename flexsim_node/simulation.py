@@ -113,7 +113,7 @@ class Simulation:
             for name in self.held:
                 work.held[model.joint_links[joint_index(self.scene, name)]] = True
             robot = by_reference(Robot(model.chain, work, self.x, self.v, self.torque, self.motion))
-            watch = ValidityWatch(model, first.validity)
+            watch = ValidityWatch(model, first.validity, external=first.external, loaded=first.loaded)
             # readings leave what the step keeps alone
             reading = workspace(model.chain, held=work.held) if model.scene.sensors else work
             look = Observation(model)
@@ -246,7 +246,7 @@ class Simulation:
         self.x[:], self.v[:] = x, v
         self.time, self.status = time, OK
         self.prepare()
-        self.watch.look(self.x)
+        self.watch.look(self.x, self.v, self.work.arrival)
         self.sensors.begin()
         self.work.validity[:] = seen
 
@@ -314,14 +314,14 @@ class Simulation:
 
     def check(self) -> bool:
         """Look at what the watch does not see in every step; False, and a status, where a limit is passed."""
-        if self.status == OK and not self.watch.look(self.x):
+        if self.status == OK and not self.watch.look(self.x, self.v, self.work.arrival):
             self.status = NOT_VALID
         return self.status == OK
 
     def glance(self, begin: bool) -> None:
         """Check bit by bit, a bit a call, for who has deadlines; `begin` a check unless one is under way."""
         if begin and self._check is None:
-            self._check = self.watch.glances(self.x.copy())
+            self._check = self.watch.glances(self.x.copy(), self.v.copy(), self.work.arrival.copy())
         if self._check is not None and next(self._check, True):
             self._check = None
             if self.status == OK and self.watch.beyond:
