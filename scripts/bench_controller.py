@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from .terminal.stop import stopped_by_signals
 
 if TYPE_CHECKING:
     from .bench.score import Score
+    from .bench.session import Delay
 
 
 @click.command()
@@ -38,7 +40,12 @@ if TYPE_CHECKING:
     metavar="SECONDS",
     help="How long it is watched after the move.",
 )
-@click.option("--only", multiple=True, metavar="CASE", help="Only this case; may be given again.")
+@click.option(
+    "--only",
+    multiple=True,
+    type=click.Choice(["nominal", "push", "payload", "wire", "sensors", "motors"]),
+    help="Only this case, beside the nominal one; may be given again.",
+)
 @click.option(
     "--latency/--no-latency",
     default=True,
@@ -95,21 +102,24 @@ def command(
         session = Session(bench, robot, wanted, settle, say=lambda words: click.echo(words, err=True))
         for controller in controllers:
             session.judge(controller, only, find_latency=latency)
-    if output is not None:
+    whole = not any(found["nominal"].lost for found in session.scores.values())
+    if output is not None and not whole:
+        click.echo(f"{output} is not drawn: a nominal run is lost", err=True)
+    elif output is not None:
         from .bench.picture import draw
 
         draw(session.recordings, wanted, f"{robot.name}: {' and '.join(controllers)}", output)
     if as_json:
-        print_json(as_object(session.scores, session.delays, session.about, output))
+        print_json(as_object(session.scores, session.delays, session.about, output if whole else None))
     else:
         show(robot.name, session.scores, session.delays, session.about)
-    if any(found["nominal"].lost for found in session.scores.values()):
+    if not whole:
         raise SystemExit(1)
 
 
 def as_object(
     scores: dict[str, dict[str, Score]],
-    delays: dict[str, dict[str, float | None]],
+    delays: dict[str, Delay],
     about: dict[str, str],
     output: Path | None,
 ) -> dict[str, Any]:
@@ -119,7 +129,7 @@ def as_object(
         "controllers": {
             name: {
                 "scores": {case: s.as_dict() for case, s in found.items()},
-                **{f"delay_{word}": delay for word, delay in delays.get(name, {}).items()},
+                **({f"delay_{k}": v for k, v in asdict(delays[name]).items()} if name in delays else {}),
             }
             for name, found in scores.items()
         },
@@ -130,13 +140,15 @@ def as_object(
 def show(
     robot: str,
     scores: dict[str, dict[str, Score]],
-    delays: dict[str, dict[str, float | None]],
+    delays: dict[str, Delay],
     about: dict[str, str],
 ) -> None:
     """For people: a row a case and controller."""
     rows = []
     for case, sentence in about.items():
         for name, found in scores.items():
+            if case not in found:
+                continue
             s = found[case]
             rows.append([
                 case, name, "lost" if s.lost else "ok",
@@ -151,6 +163,12 @@ def show(
          "settled after, s", "torque rms, N m", "torque max, N m", "energy, J", "what"],
         rows,
     )  # fmt: skip
+    for name, found in scores.items():
+        for case, s in found.items():
+            if s.lost:
+                click.echo(f"{name}: {case}: lost: {s.reason}")
     for name, delay in delays.items():
-        lost = "never lost" if delay["lost"] is None else f"lost at {1e3 * delay['lost']:g} ms"
-        click.echo(f"{name}: bears commands that are {1e3 * (delay['borne'] or 0.0):g} ms late, {lost}")
+        lost = "never lost"
+        if delay.lost is not None:
+            lost = f"lost at {1e3 * delay.lost:g} ms: {delay.reason}"
+        click.echo(f"{name}: bears commands that are {1e3 * delay.borne:g} ms late, {lost}")

@@ -17,14 +17,17 @@ from typing import Any
 
 import numpy as np
 
+from ..ros.simulator import SimulatorWatch
 from ..terminal.stop import Stop, stopped_by_signals
 from .joint_pd import JointPd, Move
+from .joints import joint_order
 
 NAME = "flexsim_controller"
 NUMBERS = ("rate", "duration", "there", "back", "time", "listeners")
 LISTS = ("start", "goal", "stiffness", "damping")
 # A robot may be compiling its kernels before it speaks, but does not fall silent later.
 FIRST_STATE, NEXT_STATE = 120.0, 2.0
+LOOK = 0.1  # s from one look at how the robot does to the next
 
 
 def read_parameters(node: Any) -> dict[str, Any]:
@@ -58,6 +61,7 @@ def control(node: Any, stopped: Stop) -> None:
     law = JointPd(scene, move, np.array(given["stiffness"]), np.array(given["damping"]))
     states = node.create_subscription(JointState, "joint_states", lambda _: None, QoSProfile(depth=1))
     commands = node.create_publisher(Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=1))
+    robot = SimulatorWatch(node, "flexsim_node")
     references = node.create_publisher(JointState, "joint_references", QoSProfile(depth=1))
     wanted = JointState(name=list(scene.joint_names))
     node.get_logger().info("ready; waiting for joint states")
@@ -71,20 +75,30 @@ def control(node: Any, stopped: Stop) -> None:
     sleep_finely()
     go_first()
     pace = Pace(round(SECOND / given["rate"]))
+    ticks, looks = 0, max(1, round(LOOK * given["rate"]))
     while not stopped.asked:
         pace.wait()
+        ticks += 1
+        if ticks % looks == 0:
+            robot.poll()
+            if trouble := robot.trouble or robot.gone:
+                raise RuntimeError(trouble)
+            if news := robot.news():
+                node.get_logger().warning(news)
         with states.handle:
             taken = states.handle.take_message(JointState, False)
         if taken is not None:
             last, heard = taken[0], time.monotonic()
         elif time.monotonic() - heard > NEXT_STATE:
-            raise RuntimeError(f"no joint states for {NEXT_STATE:g} s; is flexsim_node running?")
+            waited = NEXT_STATE if last is not None else FIRST_STATE
+            raise RuntimeError(f"no joint states for {waited:g} s; is flexsim_node running?")
         if last is None or (order is None and commands.get_subscription_count() < given["listeners"]):
             continue
         t = last.header.stamp.sec + 1e-9 * last.header.stamp.nanosec
         if order is None:
-            order = joint_order(last.name, scene.joint_names)
+            order = joint_order("joint_states", last.name, scene.joint_names)
             begun = t
+        begun = min(begun, t)  # a robot whose time begins anew begins the move anew
         if not over and t - begun >= given["duration"]:
             over = True
             node.get_logger().info("the move is over")
@@ -99,14 +113,6 @@ def control(node: Any, stopped: Stop) -> None:
         references.publish(wanted)
 
 
-def joint_order(published: list[str], wanted: tuple[str, ...]) -> list[int]:
-    """Return where each of the scene's joints stands in a JointState."""
-    missing = [name for name in wanted if name not in published]
-    if missing:
-        raise RuntimeError(f"joint_states has no {missing[0]}; is another scene running?")
-    return [published.index(name) for name in wanted]
-
-
 def main() -> int:
     """Run the controller.  Returns 0 when a signal came, 1 where it failed."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
@@ -118,7 +124,7 @@ def main() -> int:
         node = rclpy.create_node(NAME, automatically_declare_parameters_from_overrides=True)
         try:
             control(node, stopped)
-        except (ValueError, RuntimeError) as problem:
+        except (ValueError, LookupError, RuntimeError) as problem:
             print(f"{NAME}: {problem}", file=sys.stderr)
             return 1
         finally:
