@@ -204,7 +204,7 @@ class Rig:
                 patience.idle = REFUSED
                 trouble = f"the robot refuses its commands: {status.refusal}"
             if patience.over:
-                return trouble or f"it has not answered the state at {now:.6g} s"
+                return trouble or f"it has not answered the state at {round(now, 6):g} s"
         return ""
 
 

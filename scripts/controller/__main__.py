@@ -3,7 +3,8 @@
 Parameters: scene, rate, listeners, duration, start, goal, there, back, time, stiffness, damping,
 all of them; config/demo.params.yaml is an example.  It reads `joint_states`, whose stamps are its
 clock, and writes `flexsim_node/commands` and, for the record, `joint_references`.  When the duration
-is over it says so, and holds on until SIGINT or SIGTERM: who lets go of an arm drops it.
+is over it says so, and holds on until SIGINT or SIGTERM, or until the robot has ended: who lets go of an arm
+drops it.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def read_parameters(node: Any) -> dict[str, Any]:
 
 
 def control(node: Any, stopped: Stop) -> None:
-    """Control until a signal comes."""
+    """Control until a signal comes, or the robot ends after the duration; raises RuntimeError before."""
     from rclpy.qos import QoSProfile
     from sensor_msgs.msg import JointState
     from std_msgs.msg import Float64MultiArray
@@ -81,7 +82,10 @@ def control(node: Any, stopped: Stop) -> None:
         ticks += 1
         if ticks % looks == 0:
             robot.poll()
-            if trouble := robot.trouble or robot.gone:
+            gone = robot.gone
+            if over and gone:  # nothing is left to hold
+                return
+            if trouble := robot.trouble or gone:
                 raise RuntimeError(trouble)
             if news := robot.news():
                 node.get_logger().warning(news)
