@@ -204,6 +204,7 @@ class Rig:
                 patience.idle = REFUSED
                 trouble = f"the robot refuses its commands: {status.refusal}"
             if patience.over:
+                self.trial.check()  # one that a signal has stopped is said to be so
                 return trouble or f"it has not answered the state at {round(now, 6):g} s"
         return ""
 

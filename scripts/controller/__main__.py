@@ -76,6 +76,7 @@ def control(node: Any, stopped: Stop) -> None:
     sleep_finely()
     go_first()
     pace = Pace(round(SECOND / given["rate"]))
+    told = False  # that another scene is simulated
     ticks, looks = 0, max(1, round(LOOK * given["rate"]))
     while not stopped.asked:
         pace.wait()
@@ -89,6 +90,9 @@ def control(node: Any, stopped: Stop) -> None:
                 raise RuntimeError(trouble)
             if news := robot.news():
                 node.get_logger().warning(news)
+            if not told and (other := robot.other_scene(scene.name)):
+                node.get_logger().warning(other)
+                told = True
         with states.handle:
             taken = states.handle.take_message(JointState, False)
         if taken is not None:

@@ -130,7 +130,8 @@ def run(law: str, stopped: Stop) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:
-        node.follower = Follower(node, law)  # type: ignore[attr-defined]
+        follower = Follower(node, law)
+        told = False  # that another scene is simulated
         robot = SimulatorWatch(node, "flexsim_node")
         node.get_logger().info(f"{law}: ready; waiting for a trajectory and joint states")
         while not stopped.asked:
@@ -138,6 +139,9 @@ def run(law: str, stopped: Stop) -> None:
             # One that has stopped may be reset; of one that is gone nothing can be expected.
             if news := robot.news():
                 node.get_logger().warning(news)
+            if not told and (other := robot.other_scene(follower.scene.name)):
+                node.get_logger().warning(other)
+                told = True
             if gone := robot.gone:
                 raise RuntimeError(gone)
     finally:

@@ -76,14 +76,24 @@ DOOR = Kind("door", "thermal_node", MESH_TOPIC)
 
 def kind_of(scene: Path) -> Kind:
     """Say what a scene is of; what is wrong with it, its node will say."""
+    return DOOR if keys_of(scene).get("model") == "fire_door" else ROBOT
+
+
+def name_of(scene: Path) -> str:
+    """Return a scene's name."""
+    return str(keys_of(scene).get("name", ""))
+
+
+def keys_of(scene: Path) -> dict[str, Any]:
+    """Return a scene's keys, unchecked; none where it can't be read."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
 
     try:
         said = YAML(typ="safe", pure=True).load(scene.read_text(encoding="utf-8"))
     except (YAMLError, UnicodeDecodeError):
-        return ROBOT
-    return DOOR if isinstance(said, dict) and said.get("model") == "fire_door" else ROBOT
+        return {}
+    return said if isinstance(said, dict) else {}
 
 
 def shown_live(
@@ -105,7 +115,14 @@ def simulator(node: Node, scene: Path, stopped: Stop, kind: Kind = ROBOT) -> Ite
         It is not installed, or ends before it publishes.
     """
     if running(node, DISCOVERY_TIME, stopped, kind.topic):
-        yield SimulatorWatch(node, kind.executable)
+        found = SimulatorWatch(node, kind.executable)
+        end = time.monotonic() + DISCOVERY_TIME
+        while found.status is None and time.monotonic() < end and not stopped.asked:
+            found.poll()
+            time.sleep(0.02)
+        if other := found.other_scene(name_of(scene)):
+            print(f"{other}; it is shown, since it is running already", file=sys.stderr, flush=True)
+        yield found
         return
     beside = Path(sys.executable).with_name(kind.executable)
     executable = str(beside) if beside.exists() else shutil.which(kind.executable)

@@ -99,6 +99,12 @@ class SimulatorWatch:
         """Whether it has said nothing for too long; `gone` keeps the time."""
         return self.status is not None and self._silence > SILENT
 
+    def other_scene(self, name: str) -> str:
+        """Say so, in a sentence, where what it simulates has another name than the scene we were given."""
+        if self.status is None or self.status.scene in ("", name):
+            return ""
+        return f"{self.name} simulates {self.status.scene}, not {name}"
+
     def look(self) -> str:
         """Poll, print what has changed on standard error, and return why it is gone, or nothing."""
         self.poll()

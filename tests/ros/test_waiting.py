@@ -35,6 +35,8 @@ ROOT = Path(__file__).parents[2]
 SCENE = ROOT / "config" / "simple_pendulum.yaml"
 MISBEHAVING = Path(__file__).with_name("misbehaving_controller.py")
 RATE, UNTIL = 100.0, 0.6
+LIMITS = {"warn": 1e-10, "stop": 1e-9}  # rad, which a beam that bears its weight passes at once
+STOPS = {f"override__validity__elastic_rotation__{name}": value for name, value in LIMITS.items()}
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
 
@@ -137,15 +139,14 @@ def watch(name: str, environment: dict[str, str]) -> Iterator[Callable[[Callable
 def test_a_robot_says_how_it_does(tmp_path: Path) -> None:
     """Who comes late hears that the solver has stopped; then of a reset, of a pause, and of the end."""
     environment = ros_environment()
-    unstable = {"override__solver__method": "runge_kutta_4"}
-    with node("flexsim_node", tmp_path, environment, scene=SCENE, **unstable) as robot:
+    with node("flexsim_node", tmp_path, environment, scene=SCENE, **STOPS) as robot:
         with watch("flexsim_node", environment) as first:
             first.until(lambda: first.trouble)
             heard = first.status
             assert (heard.phase, heard.resets, heard.scene) == ("stopped", 0, "simple_pendulum")
             assert first.news() == first.trouble
             assert first.trouble.startswith("flexsim_node stands still at ")
-            assert "give a smaller step" in first.trouble
+            assert "link_1: the elastic rotation reaches" in first.trouble
             assert first.news() == ""
         with watch("flexsim_node", environment) as late:
             late.until(lambda: late.status)
@@ -257,7 +258,8 @@ def test_a_bench_that_is_interrupted(
 
 def test_a_scene_that_stops_at_once(tmp_path: Path) -> None:
     """Both controllers are lost with the robot's reason, and nothing else is run."""
-    words = bench_words("--json", "--set", "solver.method=runge_kutta_4", "--against", controller("silent"))
+    limits = [w for k, v in LIMITS.items() for w in ("--set", f"validity.elastic_rotation.{k}={v}")]
+    words = bench_words("--json", *limits, "--against", controller("pushes"))
     bench = Background(words, ros_environment(), tmp_path)
     assert bench.process.wait(PATIENCE) == 1
     found = json.loads(bench.output.read_text())["controllers"]
@@ -265,7 +267,10 @@ def test_a_scene_that_stops_at_once(tmp_path: Path) -> None:
     for one in found.values():
         assert list(one["scores"]) == ["nominal"]
         assert one["scores"]["nominal"]["lost"]
-        assert "the solver has stopped: the state grows" in one["scores"]["nominal"]["reason"]
+        assert (
+            "the solver has stopped: link_1: the elastic rotation reaches"
+            in one["scores"]["nominal"]["reason"]
+        )
 
 
 @pytest.mark.parametrize("how", ["follow", "move"])
@@ -280,8 +285,7 @@ def test_an_example_controller_whose_robot_is_gone(how: str, tmp_path: Path) -> 
         lists = {"start": [0.0], "goal": [0.1], "stiffness": [1.0], "damping": [0.1]}
         given = [w for k, v in (numbers | lists).items() for w in ("-p", f"{k}:={v}")]
         words = [sys.executable, "-m", "flexsim.controller", "--ros-args", *params, *given]
-    unstable = {"override__solver__method": "runge_kutta_4"}
-    with node("flexsim_node", tmp_path, environment, scene=SCENE, **unstable) as robot:
+    with node("flexsim_node", tmp_path, environment, scene=SCENE, **STOPS) as robot:
         law = Background(words, environment, tmp_path)
         if how == "follow":  # a robot that has stopped may be reset
             law.wait_for("flexsim_node stands still at")
