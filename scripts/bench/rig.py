@@ -31,6 +31,8 @@ AGAIN = 5.0
 # s without an answer: that a controller may do nothing, that it may compute, once it has answered before, and
 # that it may do nothing when the robot has refused what it sent.
 IDLE, LONGEST, REFUSED = 10.0, 120.0, 2.0
+SPIN = 0.01  # s that answers are waited for before states are looked for
+LOOK = 0.2  # the most, s, that a wait grows by from look to look
 STOPPED, PLAYING = 0, 1
 OK, ALREADY = 1, 101  # simulation_interfaces: done, and it was so before
 
@@ -39,7 +41,7 @@ class Rig:
     """Runs cases; the robot's process stays, its state and faults are set for each."""
 
     def __init__(
-        self, node: Any, trial: Processes, scene: Path, overrides: Mapping[str, Any], rate: float
+        self, node: Any, ears: Any, trial: Processes, scene: Path, overrides: Mapping[str, Any], rate: float
     ) -> None:
         from flexsim_msgs.msg import ElasticState
         from rclpy.executors import SingleThreadedExecutor
@@ -55,8 +57,14 @@ class Rig:
         deep = QoSProfile(depth=5000)
         self.states: list[Any] = []
         self.shapes: list[Any] = []
-        node.create_subscription(JointState, "joint_states", self.taken(self.states), deep)
-        node.create_subscription(ElasticState, "flexsim_node/elastic_state", self.taken(self.shapes), deep)
+        # Polled, which costs a tenth of an executor's callbacks: the rig must not lag behind its robot.
+        self.heard = [
+            (kind, self.taken(run), ears.create_subscription(kind, topic, lambda _: None, deep))
+            for kind, topic, run in (
+                (JointState, "joint_states", self.states),
+                (ElasticState, "flexsim_node/elastic_state", self.shapes),
+            )
+        ]
         self.parameters = [
             "--ros-args", "-p", f"scene:={scene}",
             *(w for key, value in overrides.items() for w in ("-p", f"override.{key}:={value}")),
@@ -65,7 +73,7 @@ class Rig:
                  for word in ("-p", f"{name}:={rate}")]  # fmt: skip
         words = [*NODE, *self.parameters, *rates, "-p", "mode:=lockstep"]
         self.robot = trial.start("flexsim_node", words)
-        self.watch = SimulatorWatch(node, "flexsim_node", self.robot.process)
+        self.watch = SimulatorWatch(ears, "flexsim_node", self.robot.process)
         trial.wait_until_said(self.robot, "kernels ready", timeout=STARTED)
 
     def begins(self, message: Any) -> bool:
@@ -99,14 +107,32 @@ class Rig:
         finally:
             self.node.destroy_client(client)
 
+    def hear(self) -> int:
+        """Take what has come, and wait a moment for answers; how many states and shapes there were."""
+        self.executor.spin_once(timeout_sec=SPIN)
+        self.watch.poll()
+        count = 0
+        for kind, take, subscription in self.heard:
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(kind, False)) is not None:
+                    take(taken[0])
+                    count += 1
+        return count
+
     def until(self, condition: Callable[[], Any], timeout: float, failure: str) -> Any:
-        """Spin until something is true."""
-        end = time.monotonic() + timeout
+        """Hear until something is true.
+
+        Time counts in which nothing came, and by looks: a rig that is held up itself is no reason to give up.
+        """
+        waited, since = 0.0, time.monotonic()
         while not (found := condition()):
             self.trial.check()
-            if time.monotonic() > end:
+            if waited > timeout:
                 raise TimeoutError(failure)
-            self.executor.spin_once(timeout_sec=0.05)
+            came = self.hear()
+            now = time.monotonic()
+            waited += 0.0 if came else min(now - since, LOOK)
+            since = now
         return found
 
     def set_state(self, state: int) -> None:
@@ -185,18 +211,18 @@ class Rig:
         self.set_state(PLAYING)
         patience = Patience(process.pid, IDLE, STARTED)
         refused = self.watch.status.refused if self.watch.status else 0
-        reached = 0.0
+        reached = (0.0, 0.0)
         while min(stamp(run[-1]) for run in runs) < until - 1e-9:
             self.trial.check()
-            self.executor.spin_once(timeout_sec=0.05)
+            self.hear()
             if self.watch.gone:
                 raise RuntimeError(self.watch.gone)
             # What was said before the reset may have come after it, so the robot is asked.
             if self.watch.trouble and (trouble := self.trouble()):
                 return trouble
-            now = min(stamp(run[-1]) for run in runs)
+            now = stamp(self.states[-1]), stamp(self.shapes[-1])
             status = self.watch.status
-            if now > reached:  # a state that is repeated is no sign of life
+            if now != reached:  # a state that is repeated is no sign of life
                 reached = now
                 patience.restart(IDLE, LONGEST)
                 refused = status.refused if status else 0
@@ -205,7 +231,7 @@ class Rig:
                 trouble = f"the robot refuses its commands: {status.refusal}"
             if patience.over:
                 self.trial.check()  # one that a signal has stopped is said to be so
-                return trouble or f"it has not answered the state at {round(now, 6):g} s"
+                return trouble or f"it has not answered the state at {round(min(now), 6):g} s"
         return ""
 
 
@@ -263,5 +289,9 @@ def rig(folder: Path, scene: Path, overrides: Mapping[str, Any], rate: float, st
     """A rig in a ROS domain of its own, all of whose processes have ended afterwards."""
     environment = own_domain()
     os.environ["ROS_DOMAIN_ID"] = environment["ROS_DOMAIN_ID"]
-    with processes(folder, environment, stopped) as trial, tool_node("bench") as node:
-        yield Rig(node, trial, scene, overrides, rate)
+    with (
+        processes(folder, environment, stopped) as trial,
+        tool_node("bench") as node,
+        tool_node("bench_ears") as ears,
+    ):
+        yield Rig(node, ears, trial, scene, overrides, rate)

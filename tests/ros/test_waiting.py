@@ -20,6 +20,7 @@ from flexsim.bench import rig as bench_rig
 from flexsim.bench.cases import Case, move
 from flexsim.bench.rig import Rig, rig
 from flexsim.bench.score import score
+from flexsim.replay.lockstep import Driver, Stopped
 from flexsim.ros import simulator
 from flexsim.ros.simulator import SimulatorWatch
 from flexsim.terminal.stop import stopped_by_signals
@@ -294,3 +295,52 @@ def test_an_example_controller_whose_robot_is_gone(how: str, tmp_path: Path) -> 
     said = law.errors.read_text()
     assert ("flexsim_node has ended" if how == "follow" else "flexsim_node stands still at") in said
     assert "Traceback" not in said
+
+
+def test_what_records_and_shows_a_robot_that_stops(tmp_path: Path) -> None:
+    """The recorder says so, once, and records on; the viewer ends when the node that it started is killed."""
+    environment = ros_environment()
+    recorder = Background(command("record", "-o", tmp_path / "run", "--json"), environment, tmp_path)
+    with node("flexsim_node", tmp_path, environment, scene=SCENE, **STOPS) as robot:
+        recorder.wait_for("flexsim_node stands still at", PATIENCE)
+        robot.process.send_signal(signal.SIGINT)
+        recorder.wait_for("- flexsim_node has ended", PATIENCE)
+    assert recorder.end() == 0
+    recorded = json.loads(recorder.output.read_text())
+    assert list(recorded["stopped"]) == ["/flexsim_node"]
+    assert recorder.errors.read_text().count("stands still at") == 1
+    assert recorded["topics"]["/flexsim_node/status"]["messages"] >= 1
+
+    rrd = tmp_path / "robot.rrd"
+    viewer = Background(command("view", SCENE, "--save", rrd), ros_environment(), tmp_path)
+    end = time.monotonic() + PATIENCE
+    while not (rrd.exists() and rrd.stat().st_size > 20_000):  # it shows something
+        assert time.monotonic() < end and viewer.process.poll() is None, viewer.errors.read_text()
+        time.sleep(0.05)
+    (started,) = children(viewer.process.pid).values()
+    os.kill(started, signal.SIGKILL)
+    assert viewer.process.wait(PATIENCE) == 1
+    assert "flexsim_node ended with exit code -9 (SIGKILL)" in viewer.errors.read_text()
+    assert "robot/tip/deflection" in viewer.output.read_text()
+
+
+@pytest.mark.parametrize(
+    ("watched", "sentence"),
+    [
+        ({"gone": "flexsim_node ended with exit code -9 (SIGKILL)"}, "exit code -9"),
+        ({"trouble": "flexsim_node stands still at 0.5 s: it bends"}, "stands still at 0.5 s: it bends"),
+        ({"status": SimulatorStatus("running", resets=2)}, "somebody has reset flexsim_node"),
+        (
+            {"status": SimulatorStatus("paused", time=0.5, resets=1)},
+            "somebody has paused flexsim_node at 0.5 s",
+        ),
+    ],
+)
+def test_a_replay_whose_robot_does_not_answer(watched: dict[str, object], sentence: str) -> None:
+    """Driven in lockstep, a state that does not come has a reason, and the same state again is no answer."""
+    driver = object.__new__(Driver)
+    given = {"status": SimulatorStatus("running", resets=1), "gone": "", "trouble": "", "poll": lambda: None}
+    driver._watch, driver._resets, driver._next = SimpleNamespace(**given | watched), 1, 0.0
+    driver.meanwhile, driver._take = lambda _: None, lambda: 500_000_000
+    with pytest.raises(Stopped, match=sentence):
+        driver._wait(501_000_000, 500, SimpleNamespace(asked=False))
