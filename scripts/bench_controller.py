@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
@@ -13,8 +14,11 @@ from .terminal.report import print_json, print_table
 from .terminal.stop import stopped_by_signals
 
 if TYPE_CHECKING:
+    from flexsim_node import Scene
+
     from .bench.score import Score
-    from .bench.session import Delay
+    from .bench.session import Delay, Session
+    from .controller.trajectory import Trajectory
 
 
 @click.command()
@@ -83,8 +87,7 @@ def command(
     from flexsim_node import SceneError, load_scene
 
     from .bench.cases import move
-    from .bench.rig import rig
-    from .bench.session import Session
+    from .bench.rig import command as words_of
     from .simulate import setting
 
     overrides = dict(setting(words) for words in settings)
@@ -94,14 +97,19 @@ def command(
     except (SceneError, ValueError) as problem:
         raise click.UsageError(str(problem)) from None
     controllers = [node, *([against] if against else [])]
-    with (
-        stopped_by_signals() as stopped,
-        tempfile.TemporaryDirectory() as folder,
-        rig(Path(folder), scene.resolve(), overrides, rate, stopped) as bench,
-    ):
-        session = Session(bench, robot, wanted, settle, say=lambda words: click.echo(words, err=True))
-        for controller in controllers:
-            session.judge(controller, only, find_latency=latency)
+    if node == against:
+        raise click.UsageError("NODE and --against are the same; give another, for example a copy.")
+    for words in controllers:
+        program = words_of(words)[0] if words.strip() else ""
+        if shutil.which(program) is None:
+            raise click.UsageError(
+                f"there is no program {program!r}; give joint_pd, shaped_pd, lqg or a command line."
+            )
+    try:
+        session = judged(controllers, scene, overrides, robot, wanted, rate, settle, only, latency)
+    except KeyboardInterrupt:
+        click.echo("stopped: not all runs are done, so nothing is scored", err=True)
+        raise
     whole = not any(found["nominal"].lost for found in session.scores.values())
     if output is not None and not whole:
         click.echo(f"{output} is not drawn: a nominal run is lost", err=True)
@@ -115,6 +123,25 @@ def command(
         show(robot.name, session.scores, session.delays, session.about)
     if not whole:
         raise SystemExit(1)
+
+
+def judged(
+    controllers: list[str], scene: Path, overrides: dict[str, Any], robot: Scene, wanted: Trajectory,
+    rate: float, settle: float, only: tuple[str, ...], latency: bool,
+) -> Session:  # fmt: skip
+    """Put each controller through its runs."""
+    from .bench.rig import rig
+    from .bench.session import Session
+
+    with (
+        stopped_by_signals() as stopped,
+        tempfile.TemporaryDirectory() as folder,
+        rig(Path(folder), scene.resolve(), overrides, rate, stopped) as bench,
+    ):
+        session = Session(bench, robot, wanted, settle, say=lambda words: click.echo(words, err=True))
+        for controller in controllers:
+            session.judge(controller, only, find_latency=latency)
+    return session
 
 
 def as_object(

@@ -211,7 +211,7 @@ class Rig:
         self.set_state(PLAYING)
         patience = Patience(process.pid, IDLE, STARTED)
         refused = self.watch.status.refused if self.watch.status else 0
-        reached = (0.0, 0.0)
+        reached = stamp(self.states[-1]), stamp(self.shapes[-1])
         while min(stamp(run[-1]) for run in runs) < until - 1e-9:
             self.trial.check()
             self.hear()

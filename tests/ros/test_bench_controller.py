@@ -104,6 +104,9 @@ def test_an_answer_that_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     ("words", "sentence"),
     [
         (["--goal", "1.0"], "the goal has 1 values for 3 joints"),
+        (["--against", "joint_pd"], "NODE and --against are the same"),
+        (["--against", "joint_pid"], "there is no program 'joint_pid'"),
+        (["--only", "pull"], "'pull' is not one of"),
         (["--set", "links.link_1.joint.rotor_inertia=much"], "give a number"),
     ],
 )

@@ -230,9 +230,9 @@ def children(parent: int) -> dict[str, int]:
     [
         (signal.SIGKILL, "robot", 1, "flexsim_node ended with exit code -9 (SIGKILL)"),
         (signal.SIGSTOP, "robot", 1, "flexsim_node was stopped by a signal and stood still for 3 s"),
-        (signal.SIGINT, "start", 130, ""),
-        (signal.SIGINT, "run", 130, ""),
-        (signal.SIGTERM, "run", 130, ""),
+        (signal.SIGINT, "start", 130, "stopped: not all runs are done"),
+        (signal.SIGINT, "run", 130, "stopped: not all runs are done"),
+        (signal.SIGTERM, "run", 130, "stopped: not all runs are done"),
     ],
 )
 def test_a_bench_that_is_interrupted(
