@@ -53,6 +53,8 @@ from .simulation import Simulation
 
 NAME = "flexsim_node"
 QUEUE = QoSProfile(depth=10)
+# Who only listens does not hold up the robot, and yet no state may be lost to one who is late.
+IN_LOCKSTEP = QoSProfile(depth=2000)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Jazzy's EventsExecutor does nothing when it waits without end.
 SPIN_PERIOD = 0.1
@@ -88,8 +90,9 @@ class FlexsimNode(Node):
         self._descriptions = self.create_publisher(String, "robot_description", LATCHED)
         self._layouts.publish(conversions.elastic_layout(robot.model))
         self._descriptions.publish(String(data=robot_description(self.scene)))
-        self._joints = self.create_publisher(JointState, "joint_states", QUEUE)
-        self._elastic = self.create_publisher(ElasticState, "~/elastic_state", QUEUE)
+        states = IN_LOCKSTEP if self.settings.mode == "lockstep" else QUEUE
+        self._joints = self.create_publisher(JointState, "joint_states", states)
+        self._elastic = self.create_publisher(ElasticState, "~/elastic_state", states)
         self._shape = self.create_publisher(PointCloud2, "~/deformed_shape", QUEUE)
         self._clocks = self.create_publisher(Clock, "/clock", QUEUE) if self.settings.publish_clock else None
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)

@@ -190,7 +190,7 @@ class Rig:
         self.trial.dismiss(process)
         if failed:  # a robot that has stopped is a reason for its controller to end
             trouble = self.trouble() or trouble
-        found = recorded(self.states, self.shapes, until, trouble)
+        found = recorded(self.states, self.shapes, until, trouble, self.rate)
         self.set_state(STOPPED)  # which begins anew
         return found
 
@@ -266,7 +266,7 @@ def stamp(state: Any) -> float:
     return float(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
 
 
-def recorded(states: list[Any], shapes: list[Any], until: float, trouble: str) -> Recording:
+def recorded(states: list[Any], shapes: list[Any], until: float, trouble: str, rate: float) -> Recording:
     """States and shapes of the same times, each once."""
     by_time = {stamp(m): m for m in states}
     shape = {stamp(m): m for m in shapes}
@@ -281,6 +281,7 @@ def recorded(states: list[Any], shapes: list[Any], until: float, trouble: str) -
         np.array([tip for tip, _ in tips]).reshape(-1, 3),
         np.array([rigid for _, rigid in tips]).reshape(-1, 3),
         trouble,
+        round(rate * times[-1]) + 1 - len(times) if times else 0,
     )
 
 

@@ -26,6 +26,7 @@ class Recording:
     time : (K,) s; position, velocity, effort : (K, m)
     tip : (K, 3) m, where the last link's end is; rigid_tip : where the rigid robot has it
     trouble : why the run ended before its time, or nothing
+    missing : states on the way that did not reach the bench, so that the run can't be judged
     """
 
     time: Array
@@ -35,6 +36,7 @@ class Recording:
     tip: Array
     rigid_tip: Array
     trouble: str = ""
+    missing: int = 0
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from .rig import Rig
 from .score import Recording, Score, score
 
 DELAYS = (1, 2, 4, 8, 16, 32, 64)  # periods
+TRIES = 3  # of a run of which states are lost on their way
 NOMINAL = Case("nominal", "nothing in its way")
 
 
@@ -70,7 +71,13 @@ class Session:
 
     def _run(self, controller: str, case: Case) -> Score:
         self.say(f"{controller}: {case.name}")
-        run = self.rig.run(controller, case, self.wanted, self.until, self.scene)
+        for _ in range(TRIES):
+            run = self.rig.run(controller, case, self.wanted, self.until, self.scene)
+            if not run.missing:
+                break
+            self.say(f"{controller}: {case.name}: {run.missing} states did not reach the bench; once more")
+        else:
+            raise RuntimeError(f"{run.missing} states did not reach the bench: the machine is too busy")
         self.recordings[controller][case.name] = run
         found = self.scores[controller][case.name] = score(run, self.wanted, self.until)
         if found.lost:
