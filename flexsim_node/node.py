@@ -15,7 +15,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from flexsim_msgs.msg import ElasticLayout, ElasticState
 from flexsim_ros import (
     OF_ROS,
+    QUIT,
     SimulationServices,
+    SimulatorStatus,
+    StatusPublisher,
     declare_parameters,
     given_parameters,
     named,
@@ -40,7 +43,7 @@ from . import conversions
 from .commands import CommandRefused, Commands
 from .integrators import METHODS
 from .link_motion import link_motion
-from .pace import PRIORITY, go_first, threads
+from .pace import PRIORITY, SECOND, go_first, threads
 from .realtime import Loop, Output
 from .robot_description import robot_description
 from .scene import Scene, SceneError, faults_from_text, load_scene
@@ -50,6 +53,8 @@ from .simulation import Simulation
 
 NAME = "flexsim_node"
 QUEUE = QoSProfile(depth=10)
+# Who only listens does not hold up the robot, and yet no state may be lost to one who is late.
+IN_LOCKSTEP = QoSProfile(depth=2000)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Jazzy's EventsExecutor does nothing when it waits without end.
 SPIN_PERIOD = 0.1
@@ -85,11 +90,14 @@ class FlexsimNode(Node):
         self._descriptions = self.create_publisher(String, "robot_description", LATCHED)
         self._layouts.publish(conversions.elastic_layout(robot.model))
         self._descriptions.publish(String(data=robot_description(self.scene)))
-        self._joints = self.create_publisher(JointState, "joint_states", QUEUE)
-        self._elastic = self.create_publisher(ElasticState, "~/elastic_state", QUEUE)
+        states = IN_LOCKSTEP if self.settings.mode == "lockstep" else QUEUE
+        self._joints = self.create_publisher(JointState, "joint_states", states)
+        self._elastic = self.create_publisher(ElasticState, "~/elastic_state", states)
         self._shape = self.create_publisher(PointCloud2, "~/deformed_shape", QUEUE)
         self._clocks = self.create_publisher(Clock, "/clock", QUEUE) if self.settings.publish_clock else None
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        self._status = StatusPublisher(self)
+        self._refusal = ""  # what was wrong with the last command that was refused
         self._sensors = self._sensor_outputs(robot)
         begun = time.monotonic()
         robot.warm()
@@ -196,6 +204,7 @@ class FlexsimNode(Node):
             if not self.loop.put(check(*words)):
                 raise self.commands.too_many()
         except CommandRefused as refused:
+            self._refusal = str(refused)
             self.get_logger().warning(
                 f"refused a command on {topic} ({self.commands.refused.total()} in all): {refused}",
                 throttle_duration_sec=1.0,
@@ -207,6 +216,7 @@ class FlexsimNode(Node):
         try:
             load = self.commands.load(link, values)
         except CommandRefused as refused:
+            self._refusal = str(refused)
             self.get_logger().warning(f"refused a load on ~/wrench: {refused}", throttle_duration_sec=1.0)
             return
         self.loop.ask(lambda: self.loop.robot.apply(link, load))
@@ -250,6 +260,16 @@ class FlexsimNode(Node):
             if done.cancel():
                 raise RuntimeError(f"the robot did not answer within {ANSWER_TIMEOUT:g} s") from None
             done.result()
+
+    def say_status(self, phase: str = "") -> None:
+        """Tell whoever waits for the robot whether its time goes on; `phase` where it is not the loop's."""
+        loop, resets = self.loop, self.loop.resets  # first: a stop that is told is never of an earlier run
+        phase, refused = phase or loop.phase, self.commands.refused.total()
+        self._status.say(
+            SimulatorStatus(
+                phase, loop.trouble, loop.time / SECOND, resets, refused, self._refusal, self.scene.name
+            )
+        )
 
     def publish_diagnostics(self, *, last: bool = False) -> None:
         """Say how it goes; the last time wait a moment until it is heard."""
@@ -315,9 +335,11 @@ def run(node: FlexsimNode, asked: list[int]) -> int:
     try:
         while not (asked or node.simulation.quit_asked or node.loop.ended.is_set()):
             node.troubles += bool(spin_through(node, executor, SPIN_PERIOD))
+            node.say_status()
     finally:
         node.loop.stop()
         spin_through(node, executor, LAST_ANSWERS)
+        node.say_status(QUIT)
         node.publish_diagnostics(last=True)
         node.simulation.close()
         executor.shutdown()

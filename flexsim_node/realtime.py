@@ -108,6 +108,7 @@ class Loop:
         self.command_timeout = command_timeout
         self._account = Account(Report(), robot.watch, robot.watch.so_far(), "")
         self.failure: Exception | None = None
+        self.resets = 0  # to the first state
         self.pace = Pace(round(steps * robot.step_size * SECOND))
         self._check_every = max(1, round(LOOK_PERIOD / (steps * robot.step_size)))
         self.ended = threading.Event()
@@ -246,6 +247,7 @@ class Loop:
                 self.robot.reset()
                 self._taken = self._index = 0
                 self._in_force = self._zero
+                self.resets += 1
             stamp = 0 if time else now
             self._offset += stamp - self.time
             self._next_report = 0  # the last one is of another state
@@ -442,7 +444,9 @@ class Loop:
             if everything or self._index % output.every == 0:
                 output.publish(stamp)
 
-    def _phase(self) -> str:
+    @property
+    def phase(self) -> str:
+        """What it does now: waiting, running, paused, or stopped by the solver."""
         if self.robot.status != OK:
             return "stopped"
         if self._paused:
@@ -451,7 +455,7 @@ class Loop:
         return "running" if started else "waiting"
 
     def _take_report(self, now: int) -> None:
-        if now < self._next_report and not self._since and self._account.report.phase == self._phase():
+        if now < self._next_report and not self._since and self._account.report.phase == self.phase:
             return
         self._next_report = now + REPORT_PERIOD
         tick = self.steps * self.robot.step_size
@@ -463,7 +467,7 @@ class Loop:
         overruns = self.pace.overruns
         loops, watch = self.robot.singularity, self.robot.watch
         report = Report(
-            phase=self._phase(),
+            phase=self.phase,
             status=self.robot.reason,
             time=self.time / SECOND,
             real_time_factor=simulated / moving if moving else 0.0,

@@ -17,8 +17,11 @@ from flexsim_msgs.msg import (
 )
 from flexsim_ros import (
     OF_ROS,
+    QUIT,
     Entity,
     SimulationServices,
+    SimulatorStatus,
+    StatusPublisher,
     declare_parameters,
     given_parameters,
     named,
@@ -41,7 +44,7 @@ from simulation_interfaces.msg import EntityState
 from . import conversions
 from .background_deformation import BackgroundDeformation
 from .fire_test import FireTest
-from .realtime import Loop, Output
+from .realtime import SECOND, Loop, Output
 from .scene import Scene, SceneError, load_scene
 from .settings import CHANGEABLE, OVERRIDE, SettingError, Settings, meanings, settings
 
@@ -80,6 +83,7 @@ class ThermalNode(Node):
         self._clocks = publisher(Clock, "/clock", queue) if given.publish_clock else None
         deflections = self.create_publisher(LeafDeflection, "door/deflection", QUEUE)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        self._status = StatusPublisher(self)
         self.test.warm()
         self.loop = Loop(
             self.test,
@@ -172,6 +176,14 @@ class ThermalNode(Node):
                 throttle_duration_sec=1.0,
             )
 
+    def say_status(self, phase: str = "") -> None:
+        """Tell whoever waits for the door whether its time goes on; `phase` where it is not the loop's."""
+        loop, resets = self.loop, self.loop.resets  # first: a stop that is told is never of an earlier run
+        phase = phase or loop.phase
+        self._status.say(
+            SimulatorStatus(phase, loop.trouble, loop.time / SECOND, resets, scene=self.test.scene.name)
+        )
+
     def publish_diagnostics(self, *, last: bool = False) -> None:
         """Say how it goes; the last time wait a moment until it is heard."""
         report = self.loop.report
@@ -224,9 +236,11 @@ def run(node: ThermalNode, asked: list[int]) -> int:
     try:
         while not (asked or node.simulation.quit_asked or node.loop.ended.is_set()):
             node.troubles += bool(spin_through(node, executor, SPIN_PERIOD))
+            node.say_status()
     finally:
         node.loop.stop()
         spin_through(node, executor, LAST_ANSWERS)
+        node.say_status(QUIT)
         node.publish_diagnostics(last=True)
         node.simulation.close()
         executor.shutdown()

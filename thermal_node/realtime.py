@@ -128,6 +128,7 @@ class Loop:
         self.outputs = list(outputs)
         self.report = Report()
         self.failure: Exception | None = None
+        self.resets = 0  # to the cold door
         self.ended = threading.Event()
         self._duration = duration or math.inf
         self._wait = wait_for_furnace
@@ -235,6 +236,7 @@ class Loop:
                 self.test.reset()
                 self._measured = None
                 self._ticks, self._submitted = 0, -1
+                self.resets += 1
                 if self._deformation is not None:
                     self._deformation.forget()
             self._offset += stamp - self.time
@@ -395,7 +397,9 @@ class Loop:
             if everything or self._ticks % output.every == 0:
                 output.publish(stamp)
 
-    def _phase(self) -> str:
+    @property
+    def phase(self) -> str:
+        """What it does now: waiting, running, paused, ended, or stopped by the solver."""
         if not self.test.status.ok:
             return "stopped"
         if self._paused:
@@ -409,7 +413,7 @@ class Loop:
         period = 1.0 / (self.rate * self.pace) if math.isfinite(self.pace) else 0.0
         elapsed = max(self._busy, self._all_ticks * period)
         self.report = Report(
-            phase=self._phase(),
+            phase=self.phase,
             status="ok" if test.status.ok else test.status.reason,
             time=self.time / SECOND,
             exposure=test.time,

@@ -8,12 +8,16 @@ from .entities import Entity
 from .parameters import OF_ROS, declare_parameters, given_parameters
 from .process import handle_signals, run_node, spin_through
 from .simulation_services import SimulationServices, Simulator
+from .status import QUIT, SimulatorStatus, StatusPublisher
 
 __all__ = [
     "OF_ROS",
+    "QUIT",
     "Entity",
     "SimulationServices",
     "Simulator",
+    "SimulatorStatus",
+    "StatusPublisher",
     "declare_parameters",
     "given_parameters",
     "handle_signals",

@@ -83,8 +83,8 @@ def again(
 
             try:
                 with node_process(parameters, folder, stopped) as child:
-                    driver = Driver(node, drive, meanwhile)
-                    driver.connect(stopped, heard, child)
+                    driver = Driver(node, drive, meanwhile, child)
+                    driver.connect(stopped, heard)
                     begun = time.monotonic()
                     try:
                         driver.run(stopped)

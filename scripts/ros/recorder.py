@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..bag.definitions import definition
 from .parameters import ParameterQuestion, scene_of
 from .raw_topic import RawTopic, Received
+from .simulator import SimulatorWatch
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -46,6 +47,8 @@ class Recorder:
         self._next_discovery = 0.0
         self._questions: dict[str, ParameterQuestion | None] = {}
         self._nameless: set[str] = set()
+        self._watches: dict[str, SimulatorWatch] = {}
+        self._gone: set[str] = set()
 
     def step(self) -> None:
         """Look for topics if it is time, and write what came in; raises OSError where that fails."""
@@ -74,6 +77,10 @@ class Recorder:
         for name, question in self._questions.items():
             if question is not None:
                 self.ask(name, question)
+        for name, watch in self._watches.items():
+            if (gone := watch.look()) and name not in self._gone:
+                self._gone.add(name)
+                print(f"- {gone}", file=sys.stderr, flush=True)
 
     def wanted(self, name: str) -> bool:
         """Say whether a topic is to be recorded; hidden topics only when named whole."""
@@ -98,6 +105,7 @@ class Recorder:
         named = {who for who in simulators if not who.endswith(NAMELESS)}
         for who in named - self._questions.keys():
             self._questions[who] = ParameterQuestion(self.node, who)
+            self._watches[who] = SimulatorWatch(self.node, who)
         if named == simulators:
             self._nameless.discard(topic)
         else:
@@ -154,6 +162,12 @@ class Recorder:
                 message.sequence,
             )
 
+    @property
+    def stopped(self) -> dict[str, str]:
+        """Why simulators whose runs were recorded stood still at the end, or were gone, by name."""
+        said = {name: watch.trouble or watch.gone for name, watch in self._watches.items()}
+        return {name: why for name, why in said.items() if why}
+
     def close(self) -> None:
         """End what was asked and not answered."""
         for question in self._questions.values():
@@ -188,6 +202,7 @@ class Recorder:
                 for t in sorted(self.topics.values(), key=lambda t: t.name)
             },
             "skipped": self.skipped,
+            "stopped": self.stopped,
             "lost": self.bag.lost,
             "error": error,
         }
