@@ -167,6 +167,7 @@ def once_more(
     """Drive a robot through a recorded run, record it, and compare."""
     from .compare import as_mapping, print_differences
     from .comparison.difference import differences
+    from .comparison.scenes import scenes
     from .replay.again import again
 
     target = Path(output or f"{bag.path.with_suffix('')}_again")
@@ -184,7 +185,9 @@ def once_more(
         click.echo("\r\x1b[K", err=True, nl=False)
     from .bag import Bag as Reopened
 
-    compared = as_mapping(str(bag.path), str(target), differences(bag, Reopened(target), robot_topics(bag)))
+    again_bag = Reopened(target)
+    compared = as_mapping(str(bag.path), str(target), differences(bag, again_bag, robot_topics(bag)))
+    compared["scenes"] = scenes(bag, again_bag)
     if as_json:
         print_json(done | {"bag": str(bag.path), "output": str(target), "comparison": compared})
     else:
