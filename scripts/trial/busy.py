@@ -72,6 +72,6 @@ def too_busy(folder: Path) -> str:
     load, cores = os.getloadavg()[0], len(os.sched_getaffinity(0))
     return (
         f"this machine was too busy for real time: {pace.overruns} of {pace.ticks} deadlines missed,"
-        f" {pace.run} in a row, up to {1e3 * pace.late_worst:.1f} ms late, {pace.lost:.2f} s lost; load {load:.1f} on"
-        f" {cores} processors"
+        f" {pace.run} in a row, up to {1e3 * pace.late_worst:.1f} ms late, {pace.lost:.2f} s lost;"
+        f" load {load:.1f} on {cores} processors"
     )

@@ -1,4 +1,4 @@
-"""Signals end nodes and verbs well at any time of their start: exit code 0, or 130 of a verb, and no traceback."""
+"""Signals end nodes and verbs well at any time of their start: 0, or 130 of a verb, and no traceback."""
 
 from __future__ import annotations
 
@@ -98,13 +98,13 @@ def test_a_node_as_it_starts(node: str, after: float, number: signal.Signals, tm
 
 @pytest.mark.parametrize("verb", ["record", "simulate", "demo"])
 def test_a_verb_as_it_starts(verb: str, tmp_path: Path) -> None:
-    """130, as the shell expects of what was stopped before it had done something; record's ordinary end is 0."""
+    """130, as the shell expects of what was stopped before it did something; record's ordinary end is 0."""
     for after, number in ((0.0, signal.SIGINT), (0.5, signal.SIGTERM)):
         check(command(*VERBS[verb]), number, after, tmp_path, (130, 0) if verb == "record" else (130,))
 
 
 def test_while_kernels_compile(tmp_path: Path) -> None:
-    """It is said that it compiles, and a signal then is answered within a moment, whatever the compiler is at."""
+    """It is said that it compiles, and a signal then ends it, whatever the compiler is at."""
     words = [sys.executable, "-m", "flexsim_node.node", "--ros-args", "-p", f"scene:={PENDULUM}"]
     process = subprocess.Popen(
         words, env=ros_environment() | {"NUMBA_CACHE_DIR": str(tmp_path / "empty")}, cwd=tmp_path,
