@@ -57,7 +57,7 @@ def found_scene(bag: Bag, node: str) -> Found:
             f"the bag holds no scene that its simulator{of} published. {', '.join(old)} in it is what an"
             " earlier version's recorder found on its own disk, which may be another",
         )
-    return Found(None, f"the bag does not hold the scene{of}")
+    return Found(None, f"the bag does not hold its scene{f': none that {node} published' if node else ''}")
 
 
 def scene_of_node(bag: Bag, node: str) -> Found | None:

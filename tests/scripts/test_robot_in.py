@@ -148,7 +148,9 @@ def test_another_recorder(tmp_path: Path) -> None:
     """Where no scene is in the bag the topics' names tell, and it is said; no scene is guessed at."""
     robot = robot_in(write(tmp_path / "run", (SECOND, ARM), told=False))
     assert (robot.joints, robot.state) == ("/cell/joint_states", f"{ARM}/elastic_state")
-    assert robot.scene is None and robot.why_not == f"the bag does not hold the scene of {ARM}"
+    assert (
+        robot.scene is None and robot.why_not == f"the bag does not hold its scene: none that {ARM} published"
+    )
 
 
 def test_a_bag_of_an_earlier_version(tmp_path: Path) -> None:
