@@ -138,6 +138,8 @@ endef
 $(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml
 	echo "set-up 4/5: flexsim, editable"
 	$(PIP_INSTALL) --no-build-isolation --editable .
+	# Our programs answer signals while Python itself starts, which the wheels have executed anew.
+	$(VENV)/bin/python -m flexsim_ros.first_instant
 	touch $@
 
 # The robot's kernels, in space and in the plane, and the door's, so that no run waits for the compiler.

@@ -6,8 +6,6 @@ elastic ones), v their rates, a their accelerations.
 
 from __future__ import annotations
 
-import numpy as np
-
 from . import (
     co_moving,
     friction,

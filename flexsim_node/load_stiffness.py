@@ -15,7 +15,7 @@ import numpy as np
 
 from .aligned import aligned
 from .by_reference import by_reference
-from .chain import COORDINATES, FIXED, KIND, ROTOR, Chain, workspace
+from .chain import FIXED, KIND, ROTOR, Chain, workspace
 from .closure import keep_closed, project
 from .dynamics import residual, stiffness_times
 from .element import stiffening

@@ -22,9 +22,11 @@ from flexsim_ros import (
     declare_parameters,
     given_parameters,
     named,
+    others,
     run_node,
     spin_through,
 )
+from flexsim_ros.published_scene import scene_text
 from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock as RosClock
@@ -88,8 +90,10 @@ class FlexsimNode(Node):
         # What never changes goes out first: whoever waits for it need not wait for the kernels.
         self._layouts = self.create_publisher(ElasticLayout, "~/elastic_layout", LATCHED)
         self._descriptions = self.create_publisher(String, "robot_description", LATCHED)
+        self._scenes = self.create_publisher(String, "~/scene", LATCHED)
         self._layouts.publish(conversions.elastic_layout(robot.model))
         self._descriptions.publish(String(data=robot_description(self.scene)))
+        self._publish_scene(robot)
         states = IN_LOCKSTEP if self.settings.mode == "lockstep" else QUEUE
         self._joints = self.create_publisher(JointState, "joint_states", states)
         self._elastic = self.create_publisher(ElasticState, "~/elastic_state", states)
@@ -123,6 +127,7 @@ class FlexsimNode(Node):
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self.publish_diagnostics, clock=steady)
         self._said_stopped = False
+        self._commanders: list[str] = []
         self.troubles = 0  # inputs that came to nothing
         for line in robot.model.decision.sentences() if robot.model.decision else ():
             self.get_logger().info(f"effects: {line}")
@@ -131,6 +136,20 @@ class FlexsimNode(Node):
             f"step {self.timing.step:g} s, {self.settings.mode}; "
             f"kernels ready in {time.monotonic() - begun:.1f} s"
         )
+
+    def _publish_scene(self, robot: Simulation, now: int = 0, ticks: int = 0) -> None:
+        """Say what is simulated, whole: its file may be changed, or be another one elsewhere."""
+        told = scene_text(
+            NAME,
+            robot.scene.model_dump(),
+            {name: getattr(self.settings, name) for name in meanings()},
+            overrides=self.settings.override,
+            effects=robot.model.decision.sentences() if robot.model.decision else (),
+            file=self.settings.scene,
+            since=now / SECOND,
+            ticks=ticks,
+        )
+        self._scenes.publish(String(data=told))
 
     def _sensor_outputs(self, robot: Simulation) -> list[Output]:
         """Publishers of the scene's sensors: before the joint states, for who waits for those."""
@@ -249,6 +268,7 @@ class FlexsimNode(Node):
             self._clocks = self.create_publisher(Clock, "/clock", QUEUE)
         self.loop.command_timeout = given.command_timeout
         self.loop.outputs = self._outputs()
+        self._publish_scene(self.loop.robot, self.loop.time, self.loop.ticks)
         return SetParametersResult(successful=True)
 
     def _set_faults(self, scene: Scene) -> None:
@@ -274,9 +294,16 @@ class FlexsimNode(Node):
     def publish_diagnostics(self, *, last: bool = False) -> None:
         """Say how it goes; the last time wait a moment until it is heard."""
         report = self.loop.report
+        commanders = others(self, self._command_topics)
         message = conversions.diagnostics(
-            report, self.commands, self.scene.name, self.settings.mode, self.troubles
+            report, self.commands, self.scene.name, self.settings.mode, self.troubles, commanders
         )
+        if commanders and commanders != self._commanders:
+            self.get_logger().warning(
+                f"{len(commanders)} publish commands: {', '.join(commanders)};"
+                " the latest holds, whoever sent it"
+            )
+        self._commanders = commanders
         if self.loop.robot.model.decision is not None:
             decision = self.loop.robot.model.decision
             message.status.append(conversions.effects_status(decision, self.scene.name))

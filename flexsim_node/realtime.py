@@ -126,6 +126,8 @@ class Loop:
         self._thread = threading.Thread(target=self._run, name="stepping", daemon=True)
         self._paused = False
         self._job: Job | None = None
+        self._starved = ""  # why the last job's steps were not taken
+        self._begun = False  # whether the first state has been shown
         self._offset = 0  # ns of stamps before the last reset
         self._taken = 0  # steps since then
         self._index = 0  # ticks since then
@@ -147,6 +149,11 @@ class Loop:
     def time(self) -> int:
         """Simulated time, ns; counted in whole steps, so that it does not drift."""
         return self._offset + round(self._taken * self.robot.step_size * SECOND)
+
+    @property
+    def ticks(self) -> int:
+        """How many there were since the start, over all resets."""
+        return self._ticks
 
     @property
     def report(self) -> Report:
@@ -171,6 +178,16 @@ class Loop:
     def trouble(self) -> str:
         """Why the solver has stopped, or nothing."""
         return "" if self.robot.status == OK else f"the solver has stopped: {self.robot.reason}"
+
+    @property
+    def hindrance(self) -> str:
+        """Why steps can't be taken now, or nothing."""
+        return self.trouble
+
+    @property
+    def shortage(self) -> str:
+        """Why fewer steps were taken than were asked for the last time, or nothing."""
+        return self.trouble or self._starved
 
     def start(self) -> None:
         """Begin to step."""
@@ -224,6 +241,7 @@ class Loop:
             if not self._paused:
                 raise RuntimeError("the robot is not paused; pause it before you step")
             self._end_job()
+            self._starved = ""
             self._job = Job(done, count, progress, time.monotonic())
             if count == 0 or self.trouble:
                 self._end_job()
@@ -375,9 +393,12 @@ class Loop:
             self._welcome()
             self._take_report(time.monotonic_ns())
             if self._job is not None and time.monotonic() - self._job.since > COMMAND_PATIENCE:
+                self._starved = f"no command came within {COMMAND_PATIENCE:g} s"
                 self._end_job()
             return
         if torque is not None:
+            if not self._begun:  # commands that came early: their first state is still shown first
+                self._publish(everything=True)
             self._tick(torque)
 
     def _command(self) -> np.ndarray:
@@ -440,6 +461,7 @@ class Loop:
     def _publish(self, *, everything: bool = False) -> None:
         """Publish what is due."""
         stamp = self.time
+        self._begun = True
         for output in self.outputs:
             if everything or self._index % output.every == 0:
                 output.publish(stamp)

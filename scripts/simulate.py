@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,23 +101,18 @@ def driven(path: Path, scene: Scene, robot: str) -> Drive:
 
 
 def load(path: Path, overrides: dict[str, Any], robot: str = "") -> Scene:
-    """Load a scene's file, or the scene that a bag holds, with what its node changed of it."""
+    """Load a scene's file, or the scene that a bag's node published."""
     from flexsim_node import load_scene
 
     if not is_bag(path):
         return load_scene(path, overrides)
     from .bag import Bag
     from .bag.robot import robot_in
-    from .replay.drive import overrides_of
 
     found = robot_in(Bag(path, robot))
-    name, text = found.scene_name, found.scene
-    if text is None:
-        raise ValueError(f"{path} does not hold its scene; give the scene's file, and --torque {path}")
-    with tempfile.TemporaryDirectory(prefix="flexsim_") as folder:
-        file = Path(folder) / name
-        file.write_bytes(text)
-        return load_scene(file, overrides_of(found.parameters) | overrides)
+    if found.scene is None:
+        raise ValueError(f"{path}: {found.why_not}; give the scene's file, and --torque {path}")
+    return load_scene(found.scene.scene, overrides)
 
 
 def setting(words: str) -> tuple[str, Any]:

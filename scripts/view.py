@@ -184,6 +184,8 @@ def view_live(
                 target.close()
     if not shown.rows:
         target.discard()
+        if stopped.asked:
+            raise KeyboardInterrupt
         raise RuntimeError(f"the {kind.what} published nothing to show")
     if as_json:
         about = {"scene": str(path), "recording": save, "scale": shown.scale, "rows": shown.rows}

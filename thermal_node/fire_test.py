@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from .conduction import ABSOLUTE_ZERO, Array
+from .conduction import Array
 from .criteria import Criteria, FurnaceTolerance
 from .furnace import CURVES, Measured
-from .heat import Heat
+from .heat import Heat, Saved
 from .mesh.whole import whole_leaf
 from .model import door_model
 from .probes import InfraredView, probes_of
 from .scene import Scene
 from .status import State, Status
 
-HOTTEST = 3000.0
-"""°C; a furnace that reports more is not believed."""
 KEPT = 1000
 """Measured values that are remembered; the march only asks for the latest."""
 
@@ -54,6 +52,7 @@ class FireTest:
         self.criteria = Criteria(self.scene.criteria, self.probes, self.model.initial)
         self.tolerance = FurnaceTolerance()
         self._broken = Status()
+        self._before: Saved | None = None
         self._look()
 
     @property
@@ -94,6 +93,8 @@ class FireTest:
         """March to `time`, s; where the march has to stop, the last good state stays."""
         if not self.status.ok:
             return self.status
+        if self.measured is not None:
+            self._before = self.heat.save()
         self.heat.advance(time)
         if not np.isfinite(self.heat.temperature).all():
             self._broken = Status(
@@ -103,6 +104,19 @@ class FireTest:
         self._look()
         return self.status
 
+    def go_on(self) -> bool:
+        """After a stop, be where this tick began, for what the furnace measures now; whether that can be.
+
+        Only a measured furnace may do otherwise at the same time: all else would stop there again.
+        """
+        if self.status.ok or self._before is None:
+            return False
+        steps, rejected = self.heat.steps, self.heat.rejected
+        self.heat.restore(self._before)
+        self.heat.steps, self.heat.rejected = steps, rejected
+        self._broken = Status()
+        return True
+
     def _look(self) -> None:
         self.readings = self.probes.read(self.heat.temperature)
         self.criteria.watch(self.time, self.readings)
@@ -110,12 +124,3 @@ class FireTest:
             each = getattr(self.heat.furnace, "thermocouples", None)
             gas = np.array([self.furnace]) if each is None else each(self.time)
             self.tolerance.watch(self.time, float(self._standard(self.time)), gas)
-
-
-def believable(temperature: float) -> str:
-    """Why a measured temperature, °C, is refused, or nothing."""
-    if not np.isfinite(temperature):
-        return "not finite"
-    if not ABSOLUTE_ZERO < temperature <= HOTTEST:
-        return "not a furnace's temperature"
-    return ""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .scene import SceneError
+from .scene import Scene, SceneError
 
 if TYPE_CHECKING:
     from .schema import FurnacePart
@@ -190,6 +190,22 @@ def _column(header: list[str], beginnings: tuple[str, ...], path: Path) -> int:
     )
 
 
+def log_path(part: FurnacePart, source: str) -> Path:
+    """Where a scene's log lies: beside the scene, unless its path is absolute."""
+    path = Path(part.file or "")
+    return Path(source).parent / path if source and not path.is_absolute() else path
+
+
+def with_its_log(scene: Scene) -> Scene:
+    """The scene with the log of its furnace in it, and no longer beside it; raises SceneError."""
+    part = scene.furnace
+    if part.file is None:
+        return scene
+    log = read_log(log_path(part, scene.source), part.longest_gap)
+    held = {"file": None, "time": tuple(log.time), "temperature": tuple(log.temperature)}
+    return scene.model_copy(update={"furnace": part.model_copy(update=held)})
+
+
 def furnace_of(part: FurnacePart, source: str) -> Furnace:
     """The furnace that a scene asks for; raises SceneError where a log can't be used."""
     made: Furnace
@@ -198,10 +214,7 @@ def furnace_of(part: FurnacePart, source: str) -> Furnace:
         made = Constant(part.temperature)
     elif part.curve == "measured":
         if part.file is not None:
-            path = Path(part.file)
-            if not path.is_absolute() and source:
-                path = Path(source).parent / path
-            made = read_log(path, part.longest_gap)
+            made = read_log(log_path(part, source), part.longest_gap)
         else:
             made = checked_log(
                 part.time or (),

@@ -22,6 +22,7 @@ TRIALS = range(51, 102)
 # DDSI-RTPS 9.6.1: the port at which the first participant of domain 0 is found, and how far apart they are.
 FIRST_PORT, PORTS_A_DOMAIN, PORTS_A_PARTICIPANT, PARTICIPANTS = 7410, 250, 2, 10
 POLL_PERIOD = 0.05
+SIGNS: list[socket.socket] = []  # of the domains that this process has taken
 END_TIMEOUT = 10.0
 DISMISS_TIMEOUT = 2.0
 # s after which a process that a signal has stopped is not waited for.
@@ -43,10 +44,33 @@ def is_free(domain: int) -> bool:
     return True
 
 
+def taken(domain: int) -> bool:
+    """Take a domain for as long as this process lives; whether no other trial has it.
+
+    A trial opens its ports only when its robot is there: until then another one would find the domain free.
+    """
+    sign = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        sign.bind(f"\0flexsim_domain_{domain}")  # Linux forgets it with the process
+    except OSError:
+        sign.close()
+        return False
+    SIGNS.append(sign)
+    return True
+
+
 def own_domain() -> dict[str, str]:
-    """Return an environment in which a trial neither hears nor disturbs this host's robots."""
+    """Return an environment in which a trial neither hears nor disturbs this host's robots.
+
+    Raises
+    ------
+    RuntimeError
+        where each domain for trials is taken
+    """
     order = random.SystemRandom().sample(TRIALS, len(TRIALS))
-    domain = next((domain for domain in order if is_free(domain)), order[0])
+    domain = next((domain for domain in order if is_free(domain) and taken(domain)), None)
+    if domain is None:
+        raise RuntimeError(f"all ROS domains for trials are taken, {TRIALS.start} to {TRIALS.stop - 1}")
     return {
         **os.environ,
         "ROS_DOMAIN_ID": str(domain),
