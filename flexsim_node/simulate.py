@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from .acceleration import OK
 from .effects import Decision
 from .integrators.adaptive import Adaptive
+from .jumps import SLACK, Jumps, Piece, torque_jumps
 from .scene import Scene
 from .simulation import Simulation, joint_index
 from .torque_profile import torque_profile
@@ -75,6 +76,8 @@ def simulate(
     sample_period: float | None = None,
     prescribed: Motion | None = None,
     wrench: Wrench | None = None,
+    jumps: Iterable[float] = (),
+    exact_faults: bool = False,
 ) -> Run:
     """Simulate a scene for `duration` seconds, as fast as it goes.
 
@@ -88,6 +91,11 @@ def simulate(
     wrench : link name to a callable t -> (6,), force (N) and moment (N m) on that link's end along the axes
         of its frame; `base:` before the name takes the base's axes.  Over a step it is that of its middle
     prescribed : joint name to a callable t -> (position, velocity, acceleration) that the joint follows
+    jumps : s, where a torque, a wrench or a prescribed motion given as a callable jumps: a step ends there,
+        with what was before, and the next begins with what is after.  Those of the scene's own torques are
+        known
+    exact_faults : whether faults begin, end and deliver commands at their instants, by dividing steps, rather
+        than with the next whole step as in the node
 
     Raises
     ------
@@ -102,8 +110,9 @@ def simulate(
         raise ValueError(f"sample_period {sample_period!r}; give seconds, more than zero")
     prescribed = dict(prescribed or {})
     substeps = max(1, int(np.ceil(period / step - 1e-9)))
+    cuts = Jumps([*jumps, *(torque_jumps(scene) if torque is None else ())])
     torque = torque_profile(scene) if torque is None else torque
-    robot = Simulation(scene, period / substeps, tuple(prescribed))
+    robot = Simulation(scene, period / substeps, tuple(prescribed), exact_faults=exact_faults)
     samples = int(np.floor(duration / period + 1e-9)) + 1
     m = robot.model.joints
     applied = _torque_function(torque, m, period, robot)
@@ -126,6 +135,7 @@ def simulate(
             raise ValueError(f"{robot.method} has no fixed steps for faults to count; give another method")
         smooth = not isinstance(torque, np.ndarray)
         adaptive = Adaptive(robot.model, robot.work, robot.method, applied, motion, load, smooth)
+        adaptive.begin(cuts.after(0.0))
     elif robot.faults is not None:
         robot.command(applied(0.0))
         robot.prepare()
@@ -179,36 +189,51 @@ def simulate(
             break
         for n in range(substeps):
             t = times[k] + n * h
-            load(t + 0.5 * h)
-            if adaptive is not None:
-                begin = time.perf_counter()
-                status = adaptive.step(robot.x, robot.v, t, h)
-                if robot.singularity is not None:
-                    robot.singularity.look(robot.work)
-            else:
-                if robot.faults is not None:
-                    # a command a sample, as a controller of that period sends it
-                    if n == 0 and k > 0:
-                        robot.command(applied(t))
-                    if n == 0:
-                        torques[k] = robot.torque[0]
-                elif constant:
-                    robot.torque[:] = applied(t)
+            whole = robot.faults.step + 1 if robot.faults is not None else 0.0
+            if robot.faults is not None:
+                # a command a sample, as a controller of that period sends it
+                if n == 0 and k > 0:
+                    robot.command(applied(t))
+                if n == 0:
+                    torques[k] = robot.torque[0]
+            waiting = cuts.pieces(t, h)
+            while waiting:
+                piece = waiting.pop(0)
+                if robot.faults is not None and exact_faults:
+                    piece, rest = _until_change(piece, robot, whole, h)
+                    waiting[:0] = rest
+                load(piece.begin + 0.5 * piece.length)
+                if adaptive is not None:
+                    begin = time.perf_counter()
+                    if piece.jumped:
+                        adaptive.begin(cuts.after(piece.begin))
+                    status = adaptive.step(robot.x, robot.v, piece.begin, piece.length)
+                    if robot.singularity is not None:
+                        robot.singularity.look(robot.work)
                 else:
-                    robot.torque[0] = applied(t)
-                    robot.torque[1], robot.torque[2] = applied(t + 0.5 * h), applied(t + h)
-                if prescribed:
-                    robot.motion[0], robot.motion[1] = motion(t), motion(t + 0.5 * h)
-                    robot.motion[2] = motion(t + h)
-                if not (np.all(np.isfinite(robot.torque)) and np.all(np.isfinite(robot.motion))):
-                    trouble = "a torque or a prescribed motion is not finite; look at its function"
+                    ends = piece.begin, piece.begin + 0.5 * piece.length, piece.end
+                    if robot.faults is None and constant:
+                        robot.torque[:] = applied(t)
+                    elif robot.faults is None:
+                        for row, instant in enumerate(ends):
+                            robot.torque[row] = applied(instant)
+                    if prescribed:
+                        for row, instant in enumerate(ends):
+                            robot.motion[row] = motion(instant)
+                    if not (np.all(np.isfinite(robot.torque)) and np.all(np.isfinite(robot.motion))):
+                        trouble = "a torque or a prescribed motion is not finite; look at its function"
+                        break
+                    length = None if piece.length == h else piece.length
+                    begin = time.perf_counter()
+                    status = robot.step(length, piece.jumped)
+                step_time[taken] += time.perf_counter() - begin
+                if status != OK:
+                    robot.status = status
                     break
-                begin = time.perf_counter()
-                status = robot.step()
-            step_time[taken] = time.perf_counter() - begin
+            if trouble:
+                break
             taken += 1
-            if status != OK:
-                robot.status = status
+            if robot.status != OK:
                 break
         if trouble or robot.status != OK:
             break
@@ -235,6 +260,22 @@ def simulate(
         {name: (r[:kept, 0] if r.shape[1] == 1 else r[:kept]) for name, r in readings.items()},
         robot.model.decision,
     )
+
+
+def _until_change(piece: Piece, robot: Simulation, whole: float, h: float) -> tuple[Piece, list[Piece]]:
+    """The part of a piece until a fault begins, ends or delivers, and what is left of it.
+
+    whole : steps since the first state at the end of the step that the piece is of; h : s, of that step
+    """
+    assert robot.faults is not None
+    change = robot.faults.next_change()
+    until = (change - robot.faults.step) * h
+    # what changed before this piece counts from its start: the method begins anew there
+    piece = piece._replace(jumped=piece.jumped or robot.faults.changed)
+    if change > whole - SLACK or until > piece.length - SLACK * h:
+        return piece, []
+    cut = piece.begin + until
+    return piece._replace(end=cut, length=until), [Piece(cut, piece.end, piece.length - until, False)]
 
 
 def _torque_function(
