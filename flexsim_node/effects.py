@@ -23,7 +23,7 @@ class Change:
     ----------
     name : of the effect, or `flexible: LINK`
     on : whether the scene has it; the other way round is what is measured
-    change : m, the largest distance of the tips at one time; infinite where the other run fails
+    change : m, the largest distance of a tip from itself at one time; infinite where the other run fails
     relative : change over the tip's own largest distance from where it starts
     trouble : why the other way can't run, or ""
     """
@@ -122,25 +122,25 @@ class Trial:
         self.path, trouble = self._tip(self.scene)
         if trouble:
             raise ArithmeticError(f"{scene.name}: the run that effects are judged by {trouble}")
-        self.reach = float(np.max(np.linalg.norm(self.path - self.path[0], axis=1)))
+        self.reach = float(np.max(np.linalg.norm(self.path - self.path[0], axis=-1)))
 
     def _tip(self, scene: Scene) -> tuple[np.ndarray, str]:
-        """Path (K, 3) of the last link's end, and why it ended early, or ""."""
+        """Paths (K, tips, 3) of the tips, and why they ended early, or ""."""
         from .simulate import simulate  # which builds models, which may ask for decisions
 
         period = max(scene.solver.step, self.duration / SAMPLES)
         try:
             run = simulate(scene, self.drive or _no_torque(scene), self.duration, sample_period=period)
         except (ValueError, ArithmeticError) as problem:
-            return np.zeros((0, 3)), f"can't be simulated: {problem}"
-        return run.link_end[:, -1], "" if run.status == "ok" else run.status
+            return np.zeros((0, 1, 3)), f"can't be simulated: {problem}"
+        return run.link_end[:, list(scene.tips)], "" if run.status == "ok" else run.status
 
     def distance(self, scene: Scene) -> tuple[float, str]:
         """Largest distance, m, of the tip from that of the trial's own run; infinite with a reason."""
         path, trouble = self._tip(scene)
         if trouble:
             return float("inf"), trouble
-        return float(np.max(np.linalg.norm(path - self.path, axis=1))), ""
+        return float(np.max(np.linalg.norm(path - self.path, axis=-1))), ""
 
     def change(self, name: str) -> Change:
         """What switching one effect, or one link's flexibility, does."""

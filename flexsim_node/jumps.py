@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import bisect
 from collections.abc import Iterable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from .schema import Scene
 SLACK = 1e-6  # of a step: jumps this near to its start or end are there
 
 
-class Piece(NamedTuple):
+@dataclass(frozen=True)
+class Piece:
     """A part of a step, or the whole of it.
 
     begin, end : s, where what acts is read; just before the jump where the piece ends in one

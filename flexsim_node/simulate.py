@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -271,11 +271,11 @@ def _until_change(piece: Piece, robot: Simulation, whole: float, h: float) -> tu
     change = robot.faults.next_change()
     until = (change - robot.faults.step) * h
     # what changed before this piece counts from its start: the method begins anew there
-    piece = piece._replace(jumped=piece.jumped or robot.faults.changed)
+    piece = replace(piece, jumped=piece.jumped or robot.faults.changed)
     if change > whole - SLACK or until > piece.length - SLACK * h:
         return piece, []
     cut = piece.begin + until
-    return piece._replace(end=cut, length=until), [Piece(cut, piece.end, piece.length - until, False)]
+    return replace(piece, end=cut, length=until), [Piece(cut, piece.end, piece.length - until, False)]
 
 
 def _torque_function(

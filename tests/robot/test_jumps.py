@@ -1,4 +1,4 @@
-"""Steps are divided where a torque, a fault or a prescribed motion jumps, so that a method keeps its order."""
+"""Steps are divided where a torque, a fault or a motion jumps, so that a method keeps its order."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_a_torque_that_jumps_within_a_step(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_callable_says_where_it_jumps(method):
-    """Told the time, the end of the step before reads the torque before the jump; untold, the order is one."""
+    """Told the time, the step before ends with the torque before the jump; untold, the order is one."""
     scene = load_scene(rod(solver={"method": method, "step": 1e-3}))
     rate = rate_of(scene)
 
