@@ -104,7 +104,7 @@ class Faults:
         return steps if self.exact else math.ceil(steps - SLACK)
 
     def next_change(self) -> float:
-        """Steps since the first state until something begins, ends or arrives; infinite where nothing does."""
+        """Steps since the first state until something begins, ends or arrives; else infinite."""
         now = self._step + SLACK
         times = [t for _, start, end in self._active for t in (start, end) if t > now]
         times += [due for due, *_ in self._line if due > now]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .acceleration import OK
-from .effects import Decision
+from .effects import Decision, everything_open_on
 from .integrators.adaptive import Adaptive
 from .jumps import SLACK, Jumps, Piece, torque_jumps
 from .scene import Scene
@@ -110,6 +110,7 @@ def simulate(
         raise ValueError(f"sample_period {sample_period!r}; give seconds, more than zero")
     prescribed = dict(prescribed or {})
     substeps = max(1, int(np.ceil(period / step - 1e-9)))
+    given, jumps = torque, tuple(jumps)
     cuts = Jumps([*jumps, *(torque_jumps(scene) if torque is None else ())])
     torque = torque_profile(scene) if torque is None else torque
     robot = Simulation(scene, period / substeps, tuple(prescribed), exact_faults=exact_faults)
@@ -161,6 +162,8 @@ def simulate(
     h = robot.step_size
     taken = kept = 0
     near: tuple[str, ...] = ()
+    decision = robot.model.decision
+    scope, left = (None if decision is None else decision.envelope), ""
     constant = torque is None or isinstance(torque, np.ndarray)
     for k in range(samples):
         view = robot.look()
@@ -235,8 +238,22 @@ def simulate(
             taken += 1
             if robot.status != OK:
                 break
-        if trouble or robot.status != OK:
+            if scope is not None and not left:
+                left = scope.beyond(t + h, robot.model.shown(robot.x), robot.model.shown(robot.v), torques[k])
+                if left and scene.auto.beyond != "warn":
+                    break
+        if trouble or robot.status != OK or (left and scene.auto.beyond != "warn"):
             break
+    if left and decision is not None and scene.auto.beyond == "switch_on":
+        # From its start, so that no motion is made of two robots.
+        on = everything_open_on(scene)
+        again = simulate(on, given, duration, sample_period, prescribed, wrench, jumps, exact_faults)
+        said = f"{left}; beyond is switch_on: run again with them"
+        return replace(again, warnings=(said, *again.warnings), decision=decision)
+    if left and scene.auto.beyond == "stop":
+        trouble = left
+    elif left:
+        near = (left, *near)
     if robot.status != OK:
         trouble = robot.reason
     reason = f"stopped at {robot.time:.6g} s: {trouble}" if trouble else "ok"

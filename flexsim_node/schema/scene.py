@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from .auto import Auto
 from .effects import HELD_BY_FRAMES, Effects
 from .fault import Fault
 from .link import Joint, Link, Reduction
@@ -82,6 +83,7 @@ class Scene(Part):
     erls: Erls = Erls()
     initial: Initial = Initial()
     effects: Effects = Effects()
+    auto: Auto = Auto()
     validity: Validity = Validity()
     solver: Solver = Solver()
     sensors: tuple[Sensor, ...] = ()

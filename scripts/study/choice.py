@@ -220,8 +220,9 @@ def _untold(
 ) -> str:
     """Why the study can't tell whether anything is within a tolerance, or ""."""
     strict = any(o.model == truth.holds for o in usable)
-    near = [o for o in usable if lasting[o.point] + strict * truth.model(o, measure) <= tolerance]
-    if not near:
+    least = {o.point: lasting[o.point] + strict * truth.model(o, measure) for o in usable}
+    near = [o for o in usable if least[o.point] <= tolerance]
+    if not near or any(least[o.point] + truth.bound(o, measure) <= tolerance for o in near):
         return ""
     bound = min(truth.bound(o, measure) for o in near)
     if not math.isfinite(bound):
@@ -326,8 +327,8 @@ def conditions_said(found: Mapping[str, Any], measure: Measure, cost: Cost) -> l
         lines.append(f"On motions nearby: {near}.")
     if found.get("hopeless") is not None:
         lines.append(
-            f"From {duration_said(found['hopeless'])} on no step helps: there, runs with the two smallest steps"
-            " part by more than that; small causes grow too fast to be followed."
+            f"From {duration_said(found['hopeless'])} on no step helps: there, runs with the two smallest"
+            " steps part by more than that; small causes grow too fast to be followed."
         )
     alone = found.get("alone")
     if alone:
@@ -338,7 +339,8 @@ def conditions_said(found: Mapping[str, Any], measure: Measure, cost: Cost) -> l
             f" ± {duration_said(alone['p99_spread'])}"
             + (f"; {steps} steps a period." if steps > 1 else ".")
             + (
-                f" The machine was busy (load {alone['busy']:.1f} a core): take the times again on an idle one."
+                f" The machine was busy (load {alone['busy']:.1f} a core): take the times again on an idle"
+                " one."
                 if alone["busy"] > BUSY
                 else ""
             )

@@ -136,7 +136,7 @@ class DoorStudy:
         }
 
     def reference(self, progress: Callable[[str], None]) -> Reference:
-        """A finer mesh at a tenth of the tolerance; a bound on its error from three meshes and another method.
+        """A finer mesh at a tenth of the tolerance, its error bounded by three meshes and another method.
 
         What the mesh leaves follows from the order that three meshes show, each 0.7 times as fine as the one
         before; what the march does, from SDIRK2 with a hundredth of the steps' length and from half of those,
@@ -178,7 +178,7 @@ class DoorStudy:
             own[name] = SAFETY * (mesh + march)
         how = (
             f"mesh {scale:g} times finer in plane and {2 * scale:g} times through, a tenth of the tolerance;"
-            f" against meshes 0.7 and 0.49 times as fine, and SDIRK2 with steps of {step:g} and {2 * step:g} s"
+            f" against meshes 0.7 and 0.49 times as fine, and SDIRK2 with steps of {step:g} s and twice that"
         )
         models = self._models(progress, best, own)
         finer_said = f"--finer {self.finer + 1} makes its mesh half as fine again"

@@ -1,9 +1,11 @@
 """How far a converging family is from its limit: the order measured, the bound on the safe side.
 
-Three members with a refinement of two give two differences; their ratio is the order that the family shows,
-whatever its method promises.  Where that is the method's own order the family is extrapolated (Richardson)
-and judged by what the extrapolation itself still changes; elsewhere its finest member counts, and what is
-left of a geometric series with the shown ratio.  A family whose differences don't fall claims nothing.
+Members with a refinement of two give differences; the ratio of two is the order that the family shows,
+whatever its method promises.  Where every ratio shows the method's own order the family is extrapolated
+(Richardson) and judged by what the extrapolation itself still changes.  Elsewhere its finest member counts,
+and what is left of a geometric series of order one, or of the least order shown.  Four members make two
+ratios: a part of lower order that happens to oppose another can feign one, hardly both.  A family whose
+differences don't fall claims nothing.
 Roache, Verification and Validation in Computational Science and Engineering (1998), chapter 5.
 """
 
@@ -12,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -60,27 +63,36 @@ def shown_order(coarse: float, fine: float, rounding: float, nominal: float) -> 
     return math.log2(coarse / fine) if coarse > 0.0 else -math.inf
 
 
-def remainder(coarse: float, fine: float, order: float, nominal: float) -> float:
-    """What is left after the finest member; infinite where the family has not settled."""
-    if math.isinf(order) and order > 0.0:
-        return fine
+def remainder(coarse: float, fine: float, order: float) -> float:
+    """What is left after the finest member, by its two last differences; infinite where it has not settled.
+
+    Where the method's own order is not shown no more than the first is believed: a higher one is as likely
+    two parts that oppose each other.
+    """
     if order < LEAST_ORDER:
         return math.inf
-    return max(fine, coarse * 2.0 ** -min(order, nominal)) / (2.0 ** min(order, nominal) - 1.0)
+    ratio = 2.0 ** min(order, 1.0)
+    return max(fine, coarse / ratio) / (ratio - 1.0)
 
 
 def settle(family: Sequence[M], nominal: float, extrapolate: bool = True) -> Settled[M]:
-    """Judge three members, each refined twice as far as the one before.
+    """Judge three members or more, each refined twice as far as the one before.
 
     nominal : the order that the method has where it is met; extrapolate : whether the best may lie beyond
     """
-    coarse, middle, fine = family
-    first, second = coarse.apart(middle), middle.apart(fine)
+    fine = family[-1]
     noise = ROUNDING * fine.size
-    order = np.array([shown_order(a, b, r, nominal) for a, b, r in zip(first, second, noise, strict=True)])
-    settled = np.abs(order - nominal) <= NEAR
-    if extrapolate and bool(np.all(settled)):
-        earlier, best = middle.beyond(coarse, nominal), fine.beyond(middle, nominal)
+    differences = [a.apart(b) for a, b in pairwise(family)]
+    shown = np.array([
+        [shown_order(a, b, r, nominal) for a, b, r in zip(first, second, noise, strict=True)]
+        for first, second in pairwise(differences)
+    ])  # fmt: skip
+    order = shown[-1]
+    if extrapolate and bool(np.all(np.abs(shown - nominal) <= NEAR)):
+        earlier, best = family[-2].beyond(family[-3], nominal), fine.beyond(family[-2], nominal)
         return Settled(best, best.apart(earlier) + noise, order)
-    rest = [remainder(a, b, p, nominal) for a, b, p in zip(first, second, order, strict=True)]
+    rest = [
+        remainder(a, b, p)
+        for a, b, p in zip(differences[-2], differences[-1], shown.min(axis=0), strict=True)
+    ]
     return Settled(fine, np.array(rest) + noise, order)

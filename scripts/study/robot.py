@@ -237,7 +237,7 @@ class RobotStudy:
     def reference(self, progress: Callable[[str], None]) -> Reference:
         """Twice the finest mesh of the scene's own formulation, and two methods without error of the step.
 
-        Two families of steps that share none, one a method, each of three; the mesh likewise of three.  Each
+        Two families of steps that share none, one a method, each of four; the mesh likewise.  Each
         order is measured.  The bound is SAFETY times the largest sign of an error: what extrapolation still
         changes, what the two methods differ by, and what the mesh leaves.  Steps end at every jump and kink
         of the torque and at every fault.  The other formulations are taken to their own end likewise: how
@@ -264,7 +264,7 @@ class RobotStudy:
 
         def without_steps(method: str, changed: dict[str, Any]):  # type: ignore[no-untyped-def]
             h = families[method]
-            return settle([moved(method, h / n, changed) for n in (1, 2, 4)], 2.0)
+            return settle([moved(method, h / n, changed) for n in (0.5, 1, 2, 4)], 2.0)
 
         def both(changed: dict[str, Any], where: str) -> tuple[Motion, Array]:
             """The best without error of the step, and the largest sign of its error."""
@@ -278,13 +278,14 @@ class RobotStudy:
             if not self.grid.flexible:
                 return best, np.zeros(2)
             at = base / 2.0
-            several = [moved("rosenbrock_w", at, {**changed, **m}) for m in (quarter, half, fine)]
+            meshes = [*([self.grid.meshed(finest // 8)] if finest >= 8 else []), quarter, half, fine]
+            several = [moved("rosenbrock_w", at, {**changed, **m}) for m in meshes]
             found = settle(several, float(order), extrapolate=order < 4)
             name = changed.get("formulation", self.scene.formulation)
             orders[f"mesh, {name}"] = float(found.order[0])
             shift = found.best
             moved_by = Motion(
-                best.tip + shift.tip - several[2].tip, best.angle + shift.angle - several[2].angle
+                best.tip + shift.tip - several[-1].tip, best.angle + shift.angle - several[-1].angle
             )
             return moved_by, found.error
 
@@ -333,7 +334,8 @@ class RobotStudy:
         finer = (
             f"its {steps_count} limit it: --finer {self.finer + 1} halves the steps and doubles the mesh"
             if math.isfinite(bounds["tip"])
-            else f"its {steps_count} have not settled: --finer {self.finer + 1}, or a shorter or smoother motion"
+            else f"its {steps_count} have not settled: --finer {self.finer + 1}, or a shorter or smoother"
+            " motion"
         )
         return Reference(arrays, bounds, how, formulations, finer, orders)
 
