@@ -237,9 +237,11 @@ def test_a_study_owns_its_scene(tmp_path: Path) -> None:
 
 
 def test_two_studies_do_not_share_a_folder(tmp_path: Path) -> None:
-    with Store(tmp_path / "s", b"one"):
-        with pytest.raises(StudyError, match=r"another study works here \(process \d+\)"):
-            Store(tmp_path / "s", b"one", fresh=True)
+    with (
+        Store(tmp_path / "s", b"one"),
+        pytest.raises(StudyError, match=r"another study works here \(process \d+\)"),
+    ):
+        Store(tmp_path / "s", b"one", fresh=True)
     Store(tmp_path / "s", b"one").close()
 
 

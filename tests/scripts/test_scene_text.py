@@ -73,7 +73,8 @@ def test_line_ends_and_a_byte_order_mark_stay() -> None:
         ("t: |\n  one\n  two\nb: 1\n", {"b": 2}, "t: |\n  one\n  two\nb: 2\n"),
         ("a: &q {x: 1, y: 2}\nb: *q\n", {"b.x": 5}, "a: &q {x: 1, y: 2}\nb: {x: 5, y: 2}\n"),
         ("a: &q {x: 1, y: 2}\nb: *q\n", {"a.x": 5}, "a: &q {x: 5, y: 2}\nb: {x: 1, y: 2}\n"),
-        ("a: &q\n  x: 1\nb:\n  <<: *q\n  z: 1\n", {"b.x": 5}, "a: &q\n  x: 1\nb:\n  <<: *q\n  z: 1\n  x: 5\n"),
+        ("a: &q\n  x: 1\nb:\n  <<: *q\n  z: 1\n", {"b.x": 5},
+         "a: &q\n  x: 1\nb:\n  <<: *q\n  z: 1\n  x: 5\n"),
     ],
 )  # fmt: skip
 def test_forms_of_yaml(text: str, changes: dict, after: str) -> None:
@@ -81,7 +82,7 @@ def test_forms_of_yaml(text: str, changes: dict, after: str) -> None:
 
 
 def test_random_changes_say_what_was_meant() -> None:
-    """Of every scene of config/: any leaf set to another value, read again, is that, and all else is as was."""
+    """Of every scene of config/: any leaf set to another value reads as that, and all else as before."""
     random = np.random.default_rng(1)
     for path in sorted(CONFIG.glob("*.yaml")):
         text = path.read_bytes().decode()
