@@ -71,7 +71,7 @@ def frontier(outcomes: Iterable[Outcome], measure: str, floor: float) -> list[Ou
     """
     found: list[Outcome] = []
     able = (o for o in outcomes if o.ok and not o.effect and math.isfinite(o.error(measure)))
-    for outcome in sorted(able, key=lambda o: o.least):
+    for outcome in sorted(able, key=lambda o: o.median):
         if not found or max(outcome.error(measure), floor) < found[-1].error(measure):
             found.append(outcome)
     return found
@@ -271,12 +271,13 @@ def formulations_said(
     """How far the other formulations, or models, are, each in a sentence."""
     found = []
     for name, far in others.items():
+        kind = "formulation" if "co_moving" in (name, own) else "model"
         if "refused" in far:
             found.append(f"How far {own} is from {name} isn't known: {far['refused']}")
             continue
         found.append(
             f"{name}, without error of step or mesh, is {measure.show(far['distance'])}"
-            f" ± {measure.show(far['uncertainty'])} from {own}, this scene's model: so far the models"
+            f" ± {measure.show(far['uncertainty'])} from {own}, this scene's {kind}: so far the models"
             " differ, whatever the step."
             + (
                 " co_moving is the one that holds where links turn elastically."
