@@ -16,6 +16,7 @@ from .torque_profile import torque_profile
 
 SAMPLES = 400  # of a run's tip
 SHARE = 0.5  # of the tolerance that what is left out may change: between the envelope's runs it may be more
+MOST_TORQUES = 20_000  # looked at for an envelope's largest
 REST = 1e-9  # rad or m: joints that move no further are at rest
 Drive = Callable[[float], np.ndarray] | None
 
@@ -170,7 +171,9 @@ class Trial:
         except (ValueError, ArithmeticError) as problem:
             return np.zeros((0, 1, 3)), f"can't be simulated: {problem}"
         if keep:
-            self.motion = run.joint_position, run.joint_velocity, run.torque
+            count = min(MOST_TORQUES, max(2, round(self.duration / scene.solver.step) + 1))
+            efforts = louder * np.array([drive(t) for t in np.linspace(0.0, self.duration, count)])
+            self.motion = run.joint_position, run.joint_velocity, efforts
         return run.link_end[:, list(scene.tips)], "" if run.status == "ok" else run.status
 
     def distance(self, scene: Scene) -> tuple[float, str]:
@@ -229,7 +232,7 @@ def without_meaning(scene: Scene) -> set[str]:
         "rotor_inertia": not any(j.rotor_inertia for j in joints),
         "joint_elasticity": not any(j.stiffness for j in joints),
     }
-    if is_planar(scene):
+    if is_planar(scene) and not any(f.kind == "payload" for f in scene.faults):
         found |= {"torsion": True, "bending_y": True}
     return {name for name, absent in found.items() if absent}
 

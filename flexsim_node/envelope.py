@@ -7,9 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-ROOM = (
-    0.01  # part of an envelope's width that a motion may lie beside it: leaving effects out moves it a little
-)
+ROOM = 0.05  # of an envelope's width, beside it: what is left out moves a little, samples miss peaks
 
 
 @dataclass(frozen=True)

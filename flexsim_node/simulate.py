@@ -239,7 +239,8 @@ def simulate(
             if robot.status != OK:
                 break
             if scope is not None and not left:
-                left = scope.beyond(t + h, robot.model.shown(robot.x), robot.model.shown(robot.v), torques[k])
+                effort = torques[k] if adaptive is not None else robot.torque[2]
+                left = scope.beyond(t + h, robot.model.shown(robot.x), robot.model.shown(robot.v), effort)
                 if left and scene.auto.beyond != "warn":
                     break
         if trouble or robot.status != OK or (left and scene.auto.beyond != "warn"):
