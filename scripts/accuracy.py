@@ -87,6 +87,9 @@ def command(
     allowed = asked("--budget", budget, ("us", "µs", "ms", "s"))
     robot = model_of(Path(scene)) != "fire_door"
     exact = asked("--tolerance", tolerance, ("um", "µm", "mm", "m") if robot else ("K",))
+    for read, several in ((axis, vary), (sine, sines)):  # wrong words cost no study that is there
+        for words in several:
+            read(words)
     with Store(folder, Path(scene).read_bytes(), fresh) as store:
         # From here on the scene's file is not read again.
         study = study_of(str(store.scene), dict(map(setting, settings)), duration, sines, vary, quick, finer)
