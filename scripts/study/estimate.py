@@ -63,16 +63,17 @@ def shown_order(coarse: float, fine: float, rounding: float, nominal: float) -> 
     return math.log2(coarse / fine) if coarse > 0.0 else -math.inf
 
 
-def remainder(coarse: float, fine: float, order: float) -> float:
-    """What is left after the finest member, by its two last differences; infinite where it has not settled.
+def remainder(differences: Sequence[float], order: float) -> float:
+    """What is left after the finest member, by all differences, the coarsest first; infinite if not settled.
 
     Where the method's own order is not shown no more than the first is believed: a higher one is as likely
-    two parts that oppose each other.
+    two parts that oppose each other, and then a coarser difference tells more than the last.
     """
     if order < LEAST_ORDER:
         return math.inf
     ratio = 2.0 ** min(order, 1.0)
-    return max(fine, coarse / ratio) / (ratio - 1.0)
+    last = len(differences) - 1
+    return max(d * ratio ** (k - last) for k, d in enumerate(differences)) / (ratio - 1.0)
 
 
 def settle(family: Sequence[M], nominal: float, extrapolate: bool = True) -> Settled[M]:
@@ -82,17 +83,19 @@ def settle(family: Sequence[M], nominal: float, extrapolate: bool = True) -> Set
     """
     fine = family[-1]
     noise = ROUNDING * fine.size
-    differences = [a.apart(b) for a, b in pairwise(family)]
+    differences = np.array([a.apart(b) for a, b in pairwise(family)])
     shown = np.array([
         [shown_order(a, b, r, nominal) for a, b, r in zip(first, second, noise, strict=True)]
         for first, second in pairwise(differences)
     ])  # fmt: skip
     order = shown[-1]
     if extrapolate and bool(np.all(np.abs(shown - nominal) <= NEAR)):
-        earlier, best = family[-2].beyond(family[-3], nominal), fine.beyond(family[-2], nominal)
-        return Settled(best, best.apart(earlier) + noise, order)
-    rest = [
-        remainder(a, b, p)
-        for a, b, p in zip(differences[-2], differences[-1], shown.min(axis=0), strict=True)
-    ]
+        # The extrapolated family must fall too: else what feigned the order is still there.
+        beyond = [b.beyond(a, nominal) for a, b in pairwise(family)]
+        changes = np.array([a.apart(b) for a, b in pairwise(beyond)])
+        if bool(np.all(changes[1:] <= np.maximum(changes[:-1], noise))):
+            halves = 0.5 ** np.arange(len(changes))[::-1, None]
+            return Settled(beyond[-1], np.max(halves * changes, axis=0) + noise, order)
+    least = shown.min(axis=0)
+    rest = [remainder(list(d), p) for d, p in zip(differences.T, least, strict=True)]
     return Settled(fine, np.array(rest) + noise, order)

@@ -37,7 +37,7 @@ def test_two_orders_at_once(seed: int) -> None:
     a, b, c = 10.0 ** random.uniform(-6, -2, 3) * random.choice([-1.0, 1.0], 3)
     found = settle([motion(a * h + b * h**2 + c * h**3) for h in STEPS], 2.0)
     true = found.best.apart(motion(0.0))
-    assert np.all(true <= SAFETY * found.error)
+    assert np.all(true <= SAFETY * found.error), (a, b, c)
 
 
 def test_what_does_not_settle_claims_nothing() -> None:
@@ -53,4 +53,5 @@ def test_extrapolation_takes_the_error_out() -> None:
     found = settle([motion(1e-3 * h * h) for h in STEPS], 2.0)
     assert found.best.apart(motion(0.0))[0] < 1e-12
     plain = settle([motion(1e-3 * h * h) for h in STEPS], 2.0, extrapolate=False)
-    assert plain.best.apart(motion(0.0))[0] == pytest.approx(plain.error[0], rel=0.1)
+    true = plain.best.apart(motion(0.0))[0]
+    assert true <= plain.error[0] <= 20.0 * true  # by order one, as nothing better is believed
