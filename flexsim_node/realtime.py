@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from .acceleration import OK
+from .acceleration import NOT_VALID, OK
+from .envelope import Envelope
 from .pace import SECOND, Histogram, Pace, go_first, sleep_finely
 from .report import Report
 from .simulation import Simulation
@@ -107,6 +108,9 @@ class Loop:
         self.period = period
         self.command_timeout = command_timeout
         self._account = Account(Report(), robot.watch, robot.watch.so_far(), "")
+        decision = robot.model.decision
+        self._scope = None if decision is None else decision.envelope
+        self._left = ""  # what has left the envelope that effects were decided over
         self.failure: Exception | None = None
         self.resets = 0  # to the first state
         self.pace = Pace(round(steps * robot.step_size * SECOND))
@@ -263,6 +267,7 @@ class Loop:
             if state:
                 self._forget_commands()
                 self.robot.reset()
+                self._left = ""
                 self._taken = self._index = 0
                 self._in_force = self._zero
                 self.resets += 1
@@ -427,6 +432,8 @@ class Loop:
                 break
             self._step_time.add(time.monotonic_ns() - before)
             self._taken += 1
+        if self._scope is not None and not self._left and robot.status == OK:
+            self._look_at_scope(self._scope)
         self._index += 1
         self._ticks += 1
         due = self._ticks % self._check_every == 0
@@ -441,6 +448,16 @@ class Loop:
             self._count(self._job)
         if now >= self._next_report or robot.status != OK:
             self._take_report(now)
+
+    def _look_at_scope(self, scope: Envelope) -> None:
+        """Tell at once, or end, when the motion leaves what effects were decided over."""
+        robot = self.robot
+        q, v = robot.model.shown(robot.x), robot.model.shown(robot.v)
+        self._left = scope.beyond(self._taken * robot.step_size, q, v, robot.torque[2])
+        if self._left:
+            self._next_report = 0
+            if robot.scene.auto.beyond == "stop":
+                robot.status = NOT_VALID
 
     def _count(self, job: Job) -> None:
         """A job is done when its control periods are, or its progress says so, or the solver stops."""
@@ -467,6 +484,10 @@ class Loop:
                 output.publish(stamp)
 
     @property
+    def _ended_by_scope(self) -> bool:
+        return bool(self._left) and self.robot.status != OK and self.robot.scene.auto.beyond == "stop"
+
+    @property
     def phase(self) -> str:
         """What it does now: waiting, running, paused, or stopped by the solver."""
         if self.robot.status != OK:
@@ -490,7 +511,7 @@ class Loop:
         loops, watch = self.robot.singularity, self.robot.watch
         report = Report(
             phase=self.phase,
-            status=self.robot.reason,
+            status=self._left if self._ended_by_scope else self.robot.reason,
             time=self.time / SECOND,
             real_time_factor=simulated / moving if moving else 0.0,
             recent_factor=(simulated - last_simulated) / recent if recent else 0.0,
@@ -504,7 +525,7 @@ class Loop:
             energy=(kinetic, elastic, gravitational),
             conditioning=loops.worst if loops else None,
         )
-        self._account = Account(report, watch, watch.so_far(), loops.warning if loops else "")
+        self._account = Account(report, watch, watch.so_far(), self._left or (loops.warning if loops else ""))
         if self.robot.status == OK:
             watch.clear()
         if loops is not None:

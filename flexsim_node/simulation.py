@@ -13,7 +13,7 @@ from .chain import Robot, Workspace, workspace
 from .dofs import is_planar
 from .end_acceleration import Jumps, end_accelerations
 from .energy import energy
-from .faults import Faults, payload_scenes
+from .faults import SLACK, Faults, payload_scenes
 from .integrators import METHODS
 from .kernel import entry
 from .model import Model, build_model
@@ -49,8 +49,9 @@ class Simulation:
         step: float | None = None,
         held: tuple[str, ...] = (),
         planar: bool | None = None,
+        exact_faults: bool = False,
     ) -> None:
-        self.held, self.planar = held, planar
+        self.held, self.planar, self.exact_faults = held, planar, exact_faults
         self.step_size = float(scene.solver.step if step is None else step)
         self.method = scene.solver.method
         self.option = float(scene.solver.spectral_radius)
@@ -74,12 +75,12 @@ class Simulation:
         self.time = 0.0
         self.status = OK
         if scene.faults:
-            self.faults = Faults(scene, self.step_size, self.limit)
+            self.faults = Faults(scene, self.step_size, self.limit, exact_faults)
         self.reset()
 
-    def _build(self, scene: Scene) -> list[tuple[int, Model]]:
+    def _build(self, scene: Scene) -> list[tuple[float, Model]]:
         """Models for each payload that the scene's faults bring, and the steps from which on they hold."""
-        variants = payload_scenes(scene, self.step_size)
+        variants = payload_scenes(scene, self.step_size, self.exact_faults)
         planar = self.planar
         if planar is None and len(variants) > 1:
             planar = all(is_planar(variant) for _, variant in variants)
@@ -150,17 +151,17 @@ class Simulation:
             self._begin_with(plants[0][1])
         self._plants, self.scene = plants, scene
         steps = self.faults.step if self.faults else round(self.time / self.step_size)
-        self.faults = Faults(scene, self.step_size, self.limit) if scene.faults else None
+        self.faults = Faults(scene, self.step_size, self.limit, self.exact_faults) if scene.faults else None
         self._tie()
         if self.faults is not None:
-            self.faults.begin(steps, self.torque[2])
+            self.faults.begin(round(steps), self.torque[2])
             self._change_payload()
         self.prepare()
 
     def _change_payload(self) -> bool:
         """Take the model that holds from the coming step on; whether it is another."""
         assert self.faults is not None
-        now = self.faults.step
+        now = self.faults.step + SLACK
         k = max(k for k, (step, _) in enumerate(self._plants) if step <= now)
         changed = k != self._plant
         if changed:
@@ -282,22 +283,31 @@ class Simulation:
         work.external[:] = self.load[0]
         work.loaded[:] = np.any(self.load != 0.0, axis=(0, 2, 3))
 
-    def step(self) -> int:
-        """Advance by one step with the torque and motion at hand.  Returns the status."""
+    def step(self, length: float | None = None, jumped: bool = False) -> int:
+        """Advance by one step with the torque and motion at hand.  Returns the status.
+
+        length : s, of a part of a step; the whole where None
+        jumped : whether torque or motion is another than the last step ended with: the method begins anew
+        """
         assert self.advance is not None
-        faults = self.faults
+        faults, h, part = self.faults, self.step_size, 1.0
+        if length is not None:
+            h, part = length, length / self.step_size
         if faults is not None:
-            faults.drive(self.torque)
-            if self._change_payload():
-                self.prepare()
-        self.status = self.advance(self.arrays, self.step_size, self.option, False)
+            faults.drive(self.torque, part)
+            jumped = self._change_payload() or jumped
+        if jumped:
+            self.status = self.advance(self.arrays, h, self.option, True)
+            if self.status != OK:
+                return self.status
+        self.status = self.advance(self.arrays, h, self.option, False)
         if self.status == OK:
-            self.time += self.step_size
+            self.time += h
             self.note_step()
             if self.singularity is not None:
                 self.singularity.look(self.work)
             if faults is not None:
-                faults.advance()
+                faults.advance(part)
         elif self.status != NOT_VALID and self.singularity is not None and self.singularity.now < NEAR:
             self.status = LOOP_OPEN
         return self.status

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -245,7 +246,9 @@ def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
     """Return what a run came to, in SI units."""
     import numpy as np
 
-    tip = np.linalg.norm(run.node_position[:, -1] - run.rigid_position[:, -1], axis=1)
+    ends = tip_nodes(run.node_names, scene.link_names, scene.tips)
+    off = np.linalg.norm(run.node_position[:, ends] - run.rigid_position[:, ends], axis=2)
+    tip = off[:, np.argmax(off.max(axis=0))]  # that which bends most
     steps = len(run.step_time)
     p50, p99 = np.quantile(run.step_time, [0.5, 0.99]) if steps else (0.0, 0.0)
     return {
@@ -261,6 +264,7 @@ def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
         "joint_position": run.joint_position[-1].tolist(),
         "joint_velocity": run.joint_velocity[-1].tolist(),
         "link_end": run.link_end[-1].tolist(),
+        "tips": {scene.link_names[n]: run.link_end[-1, n].tolist() for n in scene.tips},
         "tip_deflection_rms": float(np.sqrt(np.mean(tip**2))),
         "tip_deflection_peak": float(tip.max()),
         "effects": None if run.decision is None else run.decision.sentences(),
@@ -271,6 +275,12 @@ def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
     }
 
 
+def tip_nodes(names: Sequence[str], links: Sequence[str], tips: Sequence[int]) -> list[int]:
+    """Return the last node of each tip's link; names as LINK/NUMBER."""
+    owners = [name.rpartition("/")[0] for name in names]
+    return [len(owners) - 1 - owners[::-1].index(links[n]) for n in tips]
+
+
 def print_figures(found: dict[str, Any], loops: bool) -> None:
     """Print the table."""
     rows: list[list[Any]] = [
@@ -278,9 +288,12 @@ def print_figures(found: dict[str, Any], loops: bool) -> None:
         for name, q, v in zip(found["joint_names"], found["joint_position"],
                               found["joint_velocity"], strict=True)
     ]  # fmt: skip
-    place = ", ".join(f"{x:.6f}" for x in found["link_end"][-1])
+    several = len(found["tips"]) > 1
     rows += [
-        ["tip", f"{place} m"],
+        [f"tip, {name}" if several else "tip", ", ".join(f"{x:.6f}" for x in place) + " m"]
+        for name, place in found["tips"].items()
+    ]
+    rows += [
         ["tip deflection", f"rms {1e3 * found['tip_deflection_rms']:.3f} mm, "
                            f"peak {1e3 * found['tip_deflection_peak']:.3f} mm"],
         ["energy", f"{found['energy_start']:.6f} J at the start, "

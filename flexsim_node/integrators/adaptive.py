@@ -37,7 +37,8 @@ MOVING = 1e-9  # rad/s or m/s: a joint that was at rest and is as fast as this s
 class Adaptive:
     """A scipy solver that runs on across steps and is read at their ends by its dense output.
 
-    It restarts where the drive is not smooth: at every step if `held` (torques held between samples).
+    It restarts where the drive is not smooth: at every step unless `smooth` (torques held between samples),
+    and at every jump that it is told of.
     """
 
     def __init__(
@@ -65,10 +66,16 @@ class Adaptive:
         self.rows = np.searchsorted(chain.rubbing, model.joint_links[self.rubs])
         tail = work.rubbing.shape[1] - COLUMNS
         self.contact = work.rubbing[:, [tail + FORCE, tail + STUCK]]
+        self._jump = self._before = np.inf
+
+    def begin(self, jump: float) -> None:
+        """Begin anew after a jump; the next one comes at `jump`, s, and the drive is that before it."""
+        self.running = None
+        self._jump, self._before = jump, np.nextafter(jump, -np.inf) if np.isfinite(jump) else np.inf
 
     def slope(self, t: float, y: np.ndarray) -> np.ndarray:
         """dy/dt of y = (x, v)."""
-        n = self.model.unknowns
+        n, t = self.model.unknowns, min(t, self._before)
         x, v, a = y[:n].copy(), y[n:].copy(), np.zeros(n)
         drive_joints(self.model.chain, self.work, self.motion(t), x, v, a)
         self.load(t)
@@ -137,7 +144,7 @@ class Adaptive:
     def step(self, x: np.ndarray, v: np.ndarray, t: float, h: float) -> int:
         """Advance x, v (n,) from t by h in place.  Returns a status."""
         n = self.model.unknowns
-        bound = np.inf if self.smooth else t + h
+        bound = self._jump if self.smooth else t + h
         if self.running is None or not self.smooth:
             y = np.concatenate([x, v])
             self.start(t, y, bound, min(h, 1e-4))
