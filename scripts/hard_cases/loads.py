@@ -9,7 +9,7 @@ import numpy as np
 from flexsim_node import load_scene, natural_frequencies, simulate, static_equilibrium
 from flexsim_node.section import torsion_constant
 
-from .case import Case, Outcome, Scene, arm, bar, close, finite, planar
+from .case import STEEL, Case, Outcome, Scene, arm, bar, close, finite, planar
 from .motions import spin
 
 G = 9.81
@@ -78,12 +78,12 @@ def body_on_rod(height: float) -> Outcome:
 SOFT = {"density": LIGHT, "youngs_modulus": 9e9, "width": 0.03, "depth": 0.01, "elements": 4}
 
 
-def rigid_outer(up: bool, **outer: Any) -> Scene:
+def rigid_outer(up: bool, **stiff: Any) -> Scene:
     scene = arm(gravity=[0.0, 0.0, -G], initial={"position": [0.0, 0.5 * np.pi if up else -0.5 * np.pi, 0.0]})
     scene["links"][0]["beam"] = SOFT
     for link in scene["links"][1:]:
-        link.update(outer or {"flexible": False})
-        link["beam"] = {**link["beam"], **outer.get("beam", {})}
+        link["flexible"] = bool(stiff)
+        link["beam"] = {**STEEL, **stiff}
     return scene
 
 
@@ -102,7 +102,7 @@ def rigid_or_nearly() -> Outcome:
     """A link said to be rigid is one of a very stiff material."""
     where = rigid_outer(True)["initial"]["position"]
     rigid = first(rigid_outer(True), where, loaded=True)
-    stiff = first(rigid_outer(True, beam={"youngs_modulus": 1e14}), where, loaded=True)
+    stiff = first(rigid_outer(True, youngs_modulus=1e14), where, loaded=True)
     return found(stiff, rigid, 1e-3)
 
 

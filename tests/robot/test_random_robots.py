@@ -46,12 +46,14 @@ def torque(scene, size: float = 1.0):
     return size * rng.uniform(-1, 1, len(scene.joints)) * driven
 
 
-def run(scene, duration: float = 0.06, step: float = 1e-3, formulation: str = "erls", **keys) -> Run:
+def run(
+    scene, duration: float = 0.06, step: float = 1e-3, formulation: str = "erls", period: float = 2e-3, **keys
+) -> Run:
     """The robot let go, driven by constant torques."""
     loaded = load_scene(scene, {"formulation": formulation, "solver.step": step})
     effort = keys.pop("effort", None)
     effort = torque(loaded) if effort is None else effort
-    found = simulate(loaded, lambda t: effort, duration, 2e-3, **keys)
+    found = simulate(loaded, lambda t: effort, duration, period, **keys)
     assert found.status == "ok", found.status
     return found
 
@@ -231,7 +233,7 @@ def test_energy_is_what_torques_and_loads_put_in(kind, seed):
     wrench = {f"base:{name}": lambda t, f=f: np.append(f, [0.0, 0.0, 0.0]) for name, f in pushes.items()}
     places = [n for n, part in enumerate(made["links"]) if part["name"] in pushes]
     for formulation in FORMULATIONS:
-        found = run(made, 0.03, 5e-5, formulation, wrench=wrench)
+        found = run(made, 0.03, 5e-5, formulation, period=5e-5, wrench=wrench)
         effort = found.torque[0]
         work = (found.joint_position[-1] - found.joint_position[0]) @ effort
         way = found.link_end[-1] - found.link_end[0]
