@@ -36,7 +36,7 @@ python_changed = false
 endif
 stale := $(shell [ -e $(VENV_STAMP) ] && { [ "$$(cat $(VENV)/stamps/place)" != "$$(pwd -P)" ] || $(python_changed); } && echo stale)
 
-.PHONY: help demo test lint setup lock clean stale
+.PHONY: help demo test nightly lint setup lock clean stale
 .NOTPARALLEL:
 .SILENT: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP) $(TEST_STAMP)
 
@@ -48,8 +48,11 @@ demo: setup  ## the main job: a robot, a controller, a bag, pictures
 
 test: setup $(TEST_STAMP)  ## the tests
 	NUMBA_DISABLE_JIT=1 $(VENV)/bin/python -m pytest $(CORES) -m equations
-	$(VENV)/bin/python -m pytest $(CORES) -m "not equations and not alone"
+	$(VENV)/bin/python -m pytest $(CORES) -m "not equations and not alone and not nightly"
 	$(VENV)/bin/python -m pytest -m alone
+
+nightly: setup $(TEST_STAMP)  ## what is too long for every change
+	$(VENV)/bin/python -m pytest $(CORES) -m nightly
 
 lint: setup $(TEST_STAMP)  ## ruff and mypy
 	$(VENV)/bin/ruff check .
