@@ -9,7 +9,7 @@ import numpy as np
 from flexsim_node import load_scene, natural_frequencies, simulate, static_equilibrium
 from flexsim_node.section import torsion_constant
 
-from .case import STEEL, Case, Outcome, Scene, arm, bar, close, finite, planar
+from .case import STEEL, Case, Outcome, Scene, arm, bar, finite, planar
 from .motions import spin
 
 G = 9.81
@@ -18,7 +18,7 @@ POINT = [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 1e-6]]  # kg m2
 
 
 def column(length: float, bending: float, pull: float) -> np.ndarray:
-    """(2, 2) stiffness of a massless cantilever's end (deflection, rotation) under a pull (N; a push below 0).
+    """(2, 2) stiffness of a massless cantilever's end (deflection, rotation) under a pull, N (below 0 a push).
 
     w = A (cosh kx - 1) + B (sinh kx - kx) solves EI w'''' = N w''; of a push k is imaginary.
     """
@@ -34,7 +34,9 @@ def with_body(stiffness: np.ndarray, mass: float, beyond: float, pull: float, in
     """First frequency, Hz, of a body whose centre is `beyond` the end, pulled outwards."""
     lever = np.array([1.0, beyond])
     stiffness = stiffness + np.diag([0.0, pull * beyond])
-    squared = np.linalg.eigvals(np.linalg.solve(mass * np.outer(lever, lever) + np.diag([0, inertia]), stiffness))
+    squared = np.linalg.eigvals(
+        np.linalg.solve(mass * np.outer(lever, lever) + np.diag([0, inertia]), stiffness)
+    )
     return float(np.sqrt(np.min(squared.real)) / (2 * np.pi))
 
 
@@ -64,9 +66,7 @@ TWIST = ALUMINIUM / (2 * (1 + NU)) * torsion_constant(SIDE, SIDE) / ROD  # N m/r
 def rod(height: float) -> Scene:
     beam = {"width": SIDE, "depth": SIDE, "density": LIGHT, "youngs_modulus": ALUMINIUM, "poissons_ratio": NU}
     body = {"mass": BODY, "center_of_mass": [0.0, height, 0.0], "inertia": POINT}
-    return planar(
-        bar("rod", ROD, beam=beam, payload=body), effects={"bending_y": False, "bending_z": False}
-    )
+    return planar(bar("rod", ROD, beam=beam, payload=body), effects={"bending_y": False, "bending_z": False})
 
 
 def body_on_rod(height: float) -> Outcome:
@@ -108,8 +108,8 @@ def rigid_or_nearly() -> Outcome:
 
 # A strip on its edge with a weight at its end.
 STRIP, HIGH, THIN = 0.6, 0.04, 0.001
-LATERAL = 4.0126 / STRIP**2 * np.sqrt(
-    2e11 * HIGH * THIN**3 / 12 * 2e11 / 2.6 * torsion_constant(HIGH, THIN)
+LATERAL = (
+    4.0126 / STRIP**2 * np.sqrt(2e11 * HIGH * THIN**3 / 12 * 2e11 / 2.6 * torsion_constant(HIGH, THIN))
 )  # N, Timoshenko & Gere, Theory of Elastic Stability, 6.3
 
 
@@ -120,9 +120,7 @@ def strip(share: float) -> Scene:
 
 def lateral_below() -> Outcome:
     """The frequency times the root of the mass is the root of what stiffness is left."""
-    free, near = (
-        first(strip(share), [0.0], loaded=True) * np.sqrt(share) for share in (1e-3, 0.97)
-    )
+    free, near = (first(strip(share), [0.0], loaded=True) * np.sqrt(share) for share in (1e-3, 0.97))
     left = near / free
     return Outcome(0.0 < left < 0.35, "ok", {"frequency left at 0.97 of the critical weight": left})
 
@@ -176,7 +174,8 @@ def wire() -> Outcome:
     """A body on a wire swings as a pendulum, a little faster for the wire's stiffness."""
     beam = {"density": LIGHT, "width": 0.001, "depth": 0.001, "elements": 16}
     scene = planar(bar("wire", 0.5, beam=beam, payload={"mass": 10.0}))
-    right = with_body(column(0.5, 2e11 * 0.001**4 / 12, 10.0 * G), 10.0, 0.0, 0.0, 1e-12)
+    k = np.sqrt(10.0 * G / (2e11 * 0.001**4 / 12))
+    right = np.sqrt(G * k / (k * 0.5 - np.tanh(k * 0.5))) / (2 * np.pi)
     return found(right, first(scene, [-0.5 * np.pi], loaded=True), 5e-3)
 
 
@@ -233,9 +232,7 @@ def heavy_motor() -> Outcome:
     """A rotor of 400 kg m2 at the joint and a light link swing against each other through a soft spring."""
     joint = {"rotor_inertia": 0.04, "gear_ratio": 100.0, "stiffness": 50.0}
     body = {"mass": 0.1, "center_of_mass": [-0.1, 0.0, 0.0]}
-    scene = planar(
-        {"name": "link", "dh": {"a": 0.3}, "joint": joint, "rigid": body}, gravity=[0.0, 0.0, 0.0]
-    )
+    scene = planar({"name": "link", "dh": {"a": 0.3}, "joint": joint, "rigid": body}, gravity=[0.0, 0.0, 0.0])
     link = 0.1 * 0.2**2
     right = np.sqrt(50.0 * (1 / link + 1 / 400.0)) / (2 * np.pi)
     return found(right, float(natural_frequencies(load_scene(scene), [0.0], locked=False)[-1]), 1e-9)

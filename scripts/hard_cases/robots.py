@@ -248,10 +248,10 @@ CASES = [
     ),
     Case("jib_of_40_m", "tonnes, and seconds", "energy kept to 0.1 %", crane),
     Case(
-        "step_1e-7",
-        "the smallest step there is",
+        "step_2e-7",
+        "hardly longer than the shortest step there is",
         "energy kept to 0.1 %",
-        lambda: step_of(1e-7, 3000),
+        lambda: step_of(2e-7, 3000),
     ),
     Case(
         "step_1e-6",

@@ -1,8 +1,8 @@
 """Natural frequencies of a robot by direct stiffness: a frame of beams assembled in the base frame.
 
-Every section has three displacements and three rotations along the base axes; what rides rigidly on a section
-(bodies, rigid links, links' offsets) follows it by lever arms.  Shape functions are solved for from the beam's
-own differential equation.  Of flexsim_node only the section's constants are taken.
+Every section has three displacements and three rotations along the base axes; what rides rigidly on a
+section (bodies, rigid links, links' offsets) follows it by lever arms.  Shape functions are solved for from
+the beam's own differential equation.  Of flexsim_node only the section's constants are taken.
 """
 
 from __future__ import annotations
@@ -40,7 +40,10 @@ def bending(length: float, stiffness: float, shear: float) -> list[tuple[Polynom
     ends = [[w(0.0), t(0.0), w(length), t(length)] for w, t in zip(powers, turns, strict=True)]
     shapes = np.linalg.inv(np.array(ends).T).T
     return [
-        (sum(c * w for c, w in zip(row, powers, strict=True)), sum(c * t for c, t in zip(row, turns, strict=True)))
+        (
+            sum(c * w for c, w in zip(row, powers, strict=True)),
+            sum(c * t for c, t in zip(row, turns, strict=True)),
+        )
         for row in shapes
     ]
 
@@ -211,8 +214,10 @@ class Frame:
             parts = []
             for name in loop.links:
                 n = -1 if name == "base" else self.scene.link_names.index(name)
-                place, turn, row = self.ends[n]
-                parts.append((turn, lever(turn @ np.array(loop.point(name))) @ self.wide(row), loop.direction(name)))
+                _, turn, row = self.ends[n]
+                parts.append(
+                    (turn, lever(turn @ np.array(loop.point(name))) @ self.wide(row), loop.direction(name))
+                )
             (turn_a, a, axis_a), (turn_b, b, axis_b) = parts
             apart = a - b
             if loop.joint == "slot":

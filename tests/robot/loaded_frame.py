@@ -1,9 +1,9 @@
 """Natural frequencies of a robot under its weight: a corotational frame, assembled from one potential.
 
-Sections turn by finite rotations, elements deform little about their chords (Crisfield 1990), bodies ride on turned
-sections.  The potential's gradient is taken by complex steps and its Hessian by differences of that; so nothing is
-linearised by hand and no geometric stiffness is written down.  Of flexsim_node only the section's constants are
-taken.
+Sections turn by finite rotations, elements deform little about their chords (Crisfield 1990), bodies ride on
+turned sections.  The potential's gradient is taken by complex steps and its Hessian by differences of that; so
+nothing is linearised by hand and no geometric stiffness is written down.  Of flexsim_node only the section's
+constants are taken.
 """
 
 from __future__ import annotations
@@ -24,7 +24,14 @@ STEP = 1e-6  # m or rad, of the Hessian's differences
 def crossing(v: np.ndarray) -> np.ndarray:
     """(..., 3, 3) of (..., 3)."""
     out = np.zeros((*v.shape, 3), dtype=v.dtype)
-    for i, j, k, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
+    for i, j, k, sign in (
+        (0, 1, 2, -1),
+        (0, 2, 1, 1),
+        (1, 0, 2, 1),
+        (1, 2, 0, -1),
+        (2, 0, 1, -1),
+        (2, 1, 0, 1),
+    ):
         out[..., i, j] = sign * v[..., k]
     return out
 
@@ -145,7 +152,12 @@ class LoadedFrame:
         many = len(z)
         for rule in self.sections:
             if rule[0] == "fixed":
-                out.append((np.tile(rule[1], (many, 1)).astype(z.dtype), np.tile(np.eye(3), (many, 1, 1)) + 0 * z[0, 0]))
+                out.append(
+                    (
+                        np.tile(rule[1], (many, 1)).astype(z.dtype),
+                        np.tile(np.eye(3), (many, 1, 1)) + 0 * z[0, 0],
+                    )
+                )
             elif rule[0] == "ride":
                 p, r = out[rule[1]]
                 out.append((p + times(r, rule[2]), r))
@@ -215,7 +227,9 @@ class LoadedFrame:
         rates = []
         for p, r in moved:
             spin = (r.imag / TINY) @ np.swapaxes(r.real, 1, 2)
-            rates.append(np.hstack([p.imag / TINY, np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], -1)]))
+            rates.append(
+                np.hstack([p.imag / TINY, np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], -1)])
+            )
         total = np.zeros((n, n))
         for e in self.elements:
             axes = self.element_frame(e, [(p.real, r.real) for p, r in moved])[0][0]

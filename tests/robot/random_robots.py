@@ -1,7 +1,7 @@
 """Robots drawn at random: serial, branched, closed and planar ones, the same for the same seed.
 
-Axes are skew; joints turn, slide or are fixed, some behind springs; links bend, are rigid or have no length, and
-carry bodies off their ends.  Nothing here is taken from flexsim_node: poses are the generator's own.
+Axes are skew; joints turn, slide or are fixed, some behind springs; links bend, are rigid or have no length,
+and carry bodies off their ends.  Nothing here is taken from flexsim_node: poses are the generator's own.
 """
 
 from __future__ import annotations
@@ -53,7 +53,11 @@ def body(rng: np.random.Generator, flat: bool, heavy: float = 1.0) -> Scene:
         turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     second = turn @ np.diag(rng.uniform(1e-4, 3e-3, 3)) @ turn.T  # of mass along the axes
     inertia = mass * (np.trace(second) * np.eye(3) - second)
-    return {"mass": mass, "center_of_mass": centre.tolist(), "inertia": (0.5 * (inertia + inertia.T)).tolist()}
+    return {
+        "mass": mass,
+        "center_of_mass": centre.tolist(),
+        "inertia": (0.5 * (inertia + inertia.T)).tolist(),
+    }
 
 
 def link(rng: np.random.Generator, name: str, modulus: float, flat: bool, last: bool) -> Scene:
@@ -106,9 +110,7 @@ def joint(rng: np.random.Generator, name: str, flat: bool, mass: str) -> Scene:
     return made
 
 
-def open_links(
-    rng: np.random.Generator, modulus: float, count: int, flat: bool, forked: bool
-) -> list[Scene]:
+def open_links(rng: np.random.Generator, modulus: float, count: int, flat: bool, forked: bool) -> list[Scene]:
     """A chain, or a tree with three to six links, the first joint always moving."""
     count += 2 if forked else 0
     parents = [n - 1 for n in range(count)]
@@ -122,7 +124,9 @@ def open_links(
             # one joint that moves something, at least
             made["dh"]["a"] = 0.3
             made.pop("rigid", None)
-            made.setdefault("beam", {"width": 0.02, "depth": 0.012, "density": 3000.0, "youngs_modulus": modulus})
+            made.setdefault(
+                "beam", {"width": 0.02, "depth": 0.012, "density": 3000.0, "youngs_modulus": modulus}
+            )
             made["joint"] = {"type": "revolute", "name": "a_joint"}
             made["start"] = float(rng.uniform(-1.5, 1.5))
         if forked:
@@ -244,7 +248,12 @@ def poses(links: list[Scene], position: dict[str, float] | None = None) -> list[
             q = made["start"] if position is None else position[made["joint"]["name"]]
         slides = made["joint"]["type"] == "prismatic"
         theta = dh.get("theta", 0.0) + (0.0 if slides else q)
-        c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(dh.get("alpha", 0.0)), np.sin(dh.get("alpha", 0.0))
+        c, s, ca, sa = (
+            np.cos(theta),
+            np.sin(theta),
+            np.cos(dh.get("alpha", 0.0)),
+            np.sin(dh.get("alpha", 0.0)),
+        )
         a, d = dh.get("a", 0.0), dh.get("d", 0.0) + (q if slides else 0.0)
         step = np.array(
             [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1.0]]

@@ -69,7 +69,12 @@ def straightened(scene: Scene) -> Scene:
         renamed[before] = before
         alpha = made["dh"].pop("alpha", 0.0)
         if "beam" in made and alpha:
-            frame = {"name": f"{before}_turn", "parent": before, "dh": {"alpha": alpha}, "joint": {"type": "fixed"}}
+            frame = {
+                "name": f"{before}_turn",
+                "parent": before,
+                "dh": {"alpha": alpha},
+                "joint": {"type": "fixed"},
+            }
             if "payload" in made:
                 frame["payload"] = made.pop("payload")
             links.append(frame)

@@ -1,7 +1,7 @@
 """What loads do to the stiffness of robots that nobody thought of, to the first order of load over stiffness.
 
-Weight turns with the ends that it rides on, presses, pulls, bends and twists the beams below; spin pulls at all.
-Each robot comes from a seed (random_robots.py).
+Weight turns with the ends that it rides on, presses, pulls, bends and twists the beams below; spin pulls at
+all.  Each robot comes from a seed (random_robots.py).
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def test_weight_changes_frequencies_as_a_frame_says(kind, seed):
 
 @seeds("serial", "branched", "closed", few=4)
 def test_weight_changes_frequencies_alike(kind, seed):
-    """Under its whole weight the ERLS' frequencies are co-moving frames' to the square of what weight changes."""
+    """Under its weight the ERLS' frequencies are co-moving frames' to the square of what weight changes."""
     made = finely(random_robot(seed, kind, modulus=2e10), 2)
     if not bends(made):
         pytest.skip("nothing bends")
@@ -91,7 +91,9 @@ def test_weight_changes_frequencies_alike(kind, seed):
 def test_spin_changes_frequencies_alike(kind, seed):
     """Spun, the ERLS' frequencies are co-moving frames' to the square of what spin changes."""
     made = finely(random_robot(seed, kind, modulus=2e10, gravity=[0.0, 0.0, 0.0]), 2)
-    turning = [part["joint"]["type"] == "revolute" for part in made["links"] if part["joint"]["type"] != "fixed"]
+    turning = [
+        part["joint"]["type"] == "revolute" for part in made["links"] if part["joint"]["type"] != "fixed"
+    ]
     if not bends(made) or not turning[0]:
         pytest.skip("nothing bends, or nothing spins")
     scenes = [load_scene(made, {"formulation": f}) for f in FORMULATIONS]
@@ -144,7 +146,9 @@ def test_the_frame_buckles_sideways_where_timoshenko_says():
     from flexsim_node.section import torsion_constant
 
     high, thin, length = 0.04, 0.001, 0.6
-    critical = 4.0126 * np.sqrt(2e11 * high * thin**3 / 12 * 2e11 / 2.6 * torsion_constant(high, thin)) / length**2
+    critical = (
+        4.0126 * np.sqrt(2e11 * high * thin**3 / 12 * 2e11 / 2.6 * torsion_constant(high, thin)) / length**2
+    )
     beam = {"width": high, "depth": thin, "density": 10.0, "youngs_modulus": 2e11, "elements": 8}
     scene = load_scene(
         {
