@@ -18,7 +18,7 @@ POINT = [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 1e-6]]  # kg m2
 
 
 def column(length: float, bending: float, pull: float) -> np.ndarray:
-    """(2, 2) stiffness of a massless cantilever's end (deflection, rotation) under a pull, N (below 0 a push).
+    """(2, 2) stiffness of a massless cantilever's end (deflection, rotation) under a pull, N; a push below 0.
 
     w = A (cosh kx - 1) + B (sinh kx - kx) solves EI w'''' = N w''; of a push k is imaginary.
     """

@@ -1,7 +1,7 @@
 """Natural frequencies of a robot under its weight: a corotational frame, assembled from one potential.
 
 Sections turn by finite rotations, elements deform little about their chords (Crisfield 1990), bodies ride on
-turned sections.  The potential's gradient is taken by complex steps and its Hessian by differences of that; so
+turned sections.  The potential's gradient is taken by complex steps and its Hessian by differences of that:
 nothing is linearised by hand and no geometric stiffness is written down.  Of flexsim_node only the section's
 constants are taken.
 """
