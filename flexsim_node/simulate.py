@@ -113,7 +113,8 @@ def simulate(
     given, jumps = torque, tuple(jumps)
     cuts = Jumps([*jumps, *(torque_jumps(scene) if torque is None else ())])
     torque = torque_profile(scene) if torque is None else torque
-    robot = Simulation(scene, period / substeps, tuple(prescribed), exact_faults=exact_faults)
+    planar = False if _leave_the_plane(wrench, duration, period / substeps) else None
+    robot = Simulation(scene, period / substeps, tuple(prescribed), planar, exact_faults)
     samples = int(np.floor(duration / period + 1e-9)) + 1
     m = robot.model.joints
     applied = _torque_function(torque, m, period, robot)
@@ -296,6 +297,16 @@ def _until_change(piece: Piece, robot: Simulation, whole: float, h: float) -> tu
         return piece, []
     cut = piece.begin + until
     return replace(piece, end=cut, length=until), [Piece(cut, piece.end, piece.length - until, False)]
+
+
+def _leave_the_plane(wrench: dict | None, duration: float, step: float) -> bool:
+    """Whether loads on the links' ends have, at any step's start, parts that a robot in a plane can't feel."""
+    times = np.arange(0.0, duration + 0.5 * step, step)
+    return any(
+        np.any(np.asarray(given(t), dtype=float).reshape(-1)[2:5] != 0.0)
+        for given in (wrench or {}).values()
+        for t in times
+    )
 
 
 def _torque_function(

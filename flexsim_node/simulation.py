@@ -276,6 +276,11 @@ class Simulation:
                 raise ValueError(
                     f"{self.scene.name}: load {load!r} on {link}; give six finite values, N and N m"
                 )
+            if self.model.planar and np.any(given.reshape(-1, 6)[:, [2, 3, 4]] != 0.0):
+                raise ValueError(
+                    f"{self.scene.name}: load {load!r} on {link} leaves the plane in which the robot moves; give"
+                    " forces along x and y and moments about z, or build Simulation(..., planar=False)"
+                )
             rows = given.reshape(-1, 2, 3)
             rows = rows if base else rows @ self.model.axes[n]
             self.load[:, 1 if base else 0, n] = rows.reshape(-1, 6)
