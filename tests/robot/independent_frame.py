@@ -1,9 +1,9 @@
-"""A robot with held joints as a frame of geometrically exact beams: shapes under load, frequencies about them.
+"""A robot with held joints as a frame of geometrically exact beams: its shape and frequencies under load.
 
 Nodes have a place and a rotation matrix (Simo 1985). A beam is many two-node elements whose strains are taken
 at the middle section, turned half-way between the end sections, so that rotations are finite and every load
-finds its full geometric stiffness by itself. Bending that the middle section misses is given back by its shear
-flexibility L^2 / (12 E I) (MacNeal 1978): one straight element then has the exact linear stiffness. Masses are
+finds its full geometric stiffness by itself. Bending that the middle section misses is given back by a shear
+flexibility L^2 / (12 E I) (MacNeal 1978): a straight element then has the exact linear stiffness. Masses are
 rigid bodies at the nodes. So the error falls with the second power of the element's length, and
 `extrapolated` takes it away.
 
@@ -41,11 +41,11 @@ def cross_matrices(v: np.ndarray) -> np.ndarray:
 
 
 def exponentials(v: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) rotations by the vectors v (..., 3), also complex; by the series, below 2 rad."""
+    """(..., 3, 3) rotations by the vectors v (..., 3), also complex; by the series, below 0.5 rad."""
     square = np.sum(v * v, axis=-1)[..., None, None]
     first = term = np.ones_like(square)  # sin(a) / a
     second, other = 0.5 * first, 0.5 * first  # (1 - cos(a)) / a^2
-    for k in range(1, 14):
+    for k in range(1, 8):
         term = -term * square / (2 * k * (2 * k + 1))
         other = -other * square / ((2 * k + 1) * (2 * k + 2))
         first, second = first + term, second + other
@@ -54,11 +54,11 @@ def exponentials(v: np.ndarray) -> np.ndarray:
 
 
 def logarithms(r: np.ndarray) -> np.ndarray:
-    """(..., 3) rotation vectors of r (..., 3, 3), also complex; for rotations below 0.5 rad."""
+    """(..., 3) rotation vectors of r (..., 3, 3), also complex; for rotations below 0.2 rad."""
     s = np.stack([r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]], -1)
     square = 0.25 * np.sum(s * s, axis=-1)  # of the sine; asin(x) / x by its series
     factor, term = np.ones_like(square), np.ones_like(square)
-    for k in range(1, 26):
+    for k in range(1, 13):
         term = term * square * ((2 * k - 1) / (2 * k))
         factor = factor + term / (2 * k + 1)
     return 0.5 * factor[..., None] * s

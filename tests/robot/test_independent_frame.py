@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from independent_frame import Frame, Solution, extrapolated, torsion_constant
+from independent_frame import Frame, extrapolated, torsion_constant
 from scipy.optimize import brentq
 
 LENGTH, YOUNG, POISSON, DENSITY = 0.6, 7.0e10, 0.3, 2700.0
@@ -92,8 +92,14 @@ def test_torque_that_buckles_a_shaft():
     # curvature c = w'': E I c = F (L - s) + i T (w'(L)-fixed direction) - i T w'(s)
     # slope p = w': E I p' = F (L - s) - i T p, p(0) = 0 (fixed direction: no moment from the end's tilt)
     p = np.exp(-1j * k * s) * np.concatenate(
-        [[0], np.cumsum(np.diff(s) * 0.5 * (lambda g: g[1:] + g[:-1])(
-            side / strip.bend_y * (LENGTH - s) * np.exp(1j * k * s)))]
+        [
+            [0],
+            np.cumsum(
+                np.diff(s)
+                * 0.5
+                * (lambda g: g[1:] + g[:-1])(side / strip.bend_y * (LENGTH - s) * np.exp(1j * k * s))
+            ),
+        ]
     )
     w = np.sum(np.diff(s) * 0.5 * (p[1:] + p[:-1]))
     found = extrapolated(tip, 12)
