@@ -125,4 +125,4 @@ def draw(comparison: Comparison, figure: Figure) -> None:
     for name, (colour, line) in styles.items():
         panels[0].plot([], [], line, color=colour, label=name)
     panels[0].plot([], [], "ko", markersize=4, label="measured")
-    panels[0].legend(fontsize=8, loc="upper right")
+    panels[0].legend(fontsize=8, loc="center", bbox_to_anchor=(0.5, 0.6))

@@ -136,11 +136,11 @@ def sideways(formulation: str, part: float) -> float:
 
 
 def buckling_load(formulation: str) -> float:
-    """Load, of the critical one, at which the sideways stiffness is gone: from 0.9 on in a straight line."""
+    """Load, of the critical one, at which the sideways stiffness is gone: from 0.9 on linear in its square."""
     near, nearer = sideways(formulation, 0.9), sideways(formulation, 0.95)
     if near - nearer < 1e-3:
         raise ArithmeticError("does not soften")
-    return 0.95 + 0.05 * nearer / (near - nearer)
+    return float(np.sqrt(0.95**2 + (0.95**2 - 0.9**2) * nearer / (near - nearer)))
 
 
 # Euler's column
