@@ -33,9 +33,9 @@ KINDS = {"measured": "Measured", "closed form": "Closed forms", "program": "Othe
 HEAD = """# What the robot was compared with
 
 Made by `python benchmarks/validation_page.py`; a comparison is a file in `benchmarks/validation/`, its
-figures are kept in [validation/](validation/). Measurements come first, then closed forms, then other programs.
-Differences are relative to the reference unless a unit stands beside them. Where neither formulation meets a
-reference, the last column of the summary and the text say why.
+figures are kept in [validation/](validation/). Measurements come first, then closed forms, then programs.
+Differences are relative to the reference unless a unit stands beside them. Under each table stands what
+keeps the two apart.
 """
 
 ELSEWHERE = """## Held by tests, or on other pages

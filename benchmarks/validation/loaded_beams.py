@@ -136,7 +136,7 @@ def sideways(formulation: str, part: float) -> float:
 
 
 def buckling_load(formulation: str) -> float:
-    """Load, of the critical one, at which the sideways stiffness is gone: from 0.9 on linear in its square."""
+    """Load, of the critical one, at which the sideways stiffness is gone: from 0.9 on by its square."""
     near, nearer = sideways(formulation, 0.9), sideways(formulation, 0.95)
     if near - nearer < 1e-3:
         raise ArithmeticError("does not soften")

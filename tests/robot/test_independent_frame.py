@@ -73,10 +73,10 @@ def test_lateral_buckling():
     assert found == pytest.approx(1.0, abs=1e-3)
 
 
-def test_torque_that_buckles_a_shaft():
-    """Greenhill: between sleeves without tilt a shaft's torque buckles it; of the end moments that keep
-    their direction the cantilever's tip feels only the antisymmetric part, so it is held here by a link's
-    second beam: here the sag under moment and side force, E I w'''' - T v''' = 0, in closed form.
+def test_torque_on_a_bent_shaft():
+    """A torque with a fixed direction draws a cantilever's sag under a side force out of its plane.
+
+    With w = y + i z and its slope p: E I p' = F (L - s) - i T p, clamped.
     """
     strip = Strip(0.01, 0.01)
     torque, side = 0.4 * np.pi * strip.bend_y / LENGTH, 1e-3
@@ -86,11 +86,8 @@ def test_torque_that_buckles_a_shaft():
         frame.loads.append((strip.tip, np.zeros(3), [0, side, 0], [torque, 0, 0]))
         return frame.solved().place[-1, 1:]
 
-    # complex deflection w = y + i z: E I w''' = -F + i T w'' ... with w''(L) from M = T (tangent)
     k = torque / strip.bend_y
     s = np.linspace(0.0, LENGTH, 20001)
-    # curvature c = w'': E I c = F (L - s) + i T (w'(L)-fixed direction) - i T w'(s)
-    # slope p = w': E I p' = F (L - s) - i T p, p(0) = 0 (fixed direction: no moment from the end's tilt)
     p = np.exp(-1j * k * s) * np.concatenate(
         [
             [0],

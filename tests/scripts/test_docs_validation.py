@@ -1,4 +1,4 @@
-"""docs/validation.md is what its command makes of the kept figures, and the figures are what the code gives."""
+"""docs/validation.md is what its command makes of the kept figures, and these are what the code gives."""
 
 from __future__ import annotations
 
