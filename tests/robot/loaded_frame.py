@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from independent_frame import beam_matrices, bending, frame_of
+from direct_stiffness import beam_matrices, bending, frame_of
 from scipy.linalg import eigh
 
 from flexsim_node.schema import Scene

@@ -11,7 +11,7 @@ import copy
 import numpy as np
 import pinocchio
 import pytest
-from independent_frame import Frame
+from direct_stiffness import Frame
 from random_robots import KINDS, poses, random_robot
 from rigid_chain import pinocchio_model
 from robot_images import MIRROR, cut, mirrored, rotation, signs, straightened, turned, with_twice_the_elements
