@@ -303,21 +303,21 @@ def rub(coulomb, chain, work, v, da, c, damped, before, lag):
     """
     if len(coulomb) == 0:
         return True
-    link, rubs, table = chain.link, chain.rubbing, work.rubbing
+    rubs, table, y = chain.rubbing, work.rubbing, work.vector[8]
     tail, m = table.shape[1] - COLUMNS, int(chain.setting[COORDINATES])
+    for i in range(da.size):
+        y[i] = v[i] + c * (da[i] if i < m else damped * da[i])
+    # rates that the loops allow: joints of one mechanism can come to rest together only at those
+    project(chain.loops, chain, work, y)
     for p in range(rubs.size):
-        n = rubs[p]
-        w = joint_rate(link, n, v)
-        if link[n, MOTOR] >= 0:
-            w += c * da[link[n, MOTOR]]
-        else:
-            w += c * da[link[n, Q]]
-            phi = link[n, PHI]
-            if phi >= 0:
-                w += c * da[phi] * (damped if phi >= m else 1.0)
-        if lag > 0.0 and chain.joint[n, COULOMB_SPEED] == 0.0:
-            w -= lag * joint_rate(link, n, before)
-        table[p, tail + SPEED] = w
+        table[p, tail + SPEED] = joint_rate(chain.link, rubs[p], y)
+    if lag > 0.0:
+        for i in range(da.size):
+            y[i] = before[i]
+        project(chain.loops, chain, work, y)
+        for p in range(rubs.size):
+            if chain.joint[rubs[p], COULOMB_SPEED] == 0.0:
+                table[p, tail + SPEED] -= lag * joint_rate(chain.link, rubs[p], y)
     if saturated(chain, work):
         return True
     columns(chain, work, damped)

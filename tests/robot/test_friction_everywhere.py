@@ -35,7 +35,7 @@ def slide(**keys) -> dict:
     )  # fmt: skip
 
 
-SPRUNG = {**RUB, "rotor_inertia": 0.02, "stiffness": 300.0, "damping": 0.5}
+SPRUNG = {"coulomb_friction": 10.0, "rotor_inertia": 0.02, "stiffness": 300.0, "damping": 0.5}
 LISTED = [{"link": "link_1", "node": 2, "dof": "rz"}, {"link": "link_2", "node": 0, "dof": "rz"}]
 SCENES = {
     "root": arm(RUB, RUB, erls={"zeroed": "root"}),
