@@ -1,4 +1,4 @@
-"""Accelerations at a step's end, as sensors read them: those of the equations under loads without their jumps.
+"""Accelerations at a step's end, as sensors read them: under loads without their jumps.
 
 A load that is held over steps, a node's command or an array, jumps from step to step.  Each mode answers a
 jump; before the jump of a regular sequence its acceleration lags by half a jump over its mass, in all modes
@@ -7,9 +7,9 @@ loads before and after the jump nothing is left of that:
 
     a = a0 + (M + g C + g^2 K)^-1 (f(x, v, mean load) - M a0)
 
-a0 is the acceleration that the method has.  g is zero for a method that follows every mode; for one that damps
-what it does not resolve, half a jump shows in a0 as this with the g of the method (rosenbrock_w.SMOOTHING),
-and modes slower than g get the accelerations of the equations.
+a0 is the acceleration that the method has.  g is zero for a method that follows every mode; for one that
+damps what it does not resolve, half a jump shows in a0 as this with the g of the method
+(rosenbrock_w.SMOOTHING), and modes slower than g get the accelerations of the equations.
 
 For rosenbrock_w, with L the matrix of (x, v)' = L (x, v), h the step, R its stability function and
 r = R / (1 - R) the answer to jumps d that repeat:
@@ -88,9 +88,9 @@ def end_accelerations(
 class Jumps:
     """Jumps of loads (k,) from step to step, and the mean of a load before and after the coming one.
 
-    Where a load has jumped twice in the same direction, it is taken for a sequence of held samples whose jumps
-    change evenly; the coming one is then at most twice the smaller of the last two.  A single jump is a step of
-    the load, and nothing is foreseen.
+    Where a load has jumped twice in the same direction, it is taken for a sequence of held samples whose
+    jumps change evenly; the coming one is then at most twice the smaller of the last two.  A single jump is a
+    step of the load, and nothing is foreseen.
     """
 
     def __init__(self, size: int) -> None:
