@@ -12,7 +12,7 @@ from .kernel import kernel
 
 @kernel
 def section_turn(row, out):
-    """Rotation matrix (3, 3) of a section with the row (6,) of its displacement, from its axes to the frame's.
+    """Rotation matrix (3, 3) of a section with the row (6,) of its displacement, from its axes to a frame's.
 
     The frame is the link's, or with co-moving frames the element's carrier.
     """
@@ -21,7 +21,7 @@ def section_turn(row, out):
 
 @kernel
 def section_spin(row, rate, out):
-    """Angular velocity (3,) of a section in its frame, in the section's axes, from its row and the row's rate."""
+    """Angular velocity (3,) of a section in its frame, in its own axes, from its row and the row's rate."""
     turn_rate(row[3:6], rate[3:6], out)
 
 

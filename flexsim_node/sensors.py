@@ -6,8 +6,8 @@
     section_force   force and moment that the part beyond puts on the part before
 
 Sensor axes are those of the link's frame, turned with the section; forces and moments stand in beam axes,
-turned with the section.  Quaternions are (x, y, z, w); w is not negative in the first reading, and from reading
-to reading they go on without a jump of sign.
+turned with the section.  Quaternions are (x, y, z, w); w is not negative in the first reading, and
+from reading to reading they go on without a jump of sign.
 """
 
 from __future__ import annotations

@@ -35,8 +35,8 @@ class Simulation:
     status : 0, or a key of acceleration.REASONS; a failed step leaves the last good state
     torque : (3, m) at start, middle and end of the coming step, N m (N for prismatic joints)
     motion : (3, 3, m) prescribed position, velocity, acceleration of held joints at the same times
-    load : (3, 2, L, 6) forces and moments on the links' ends at the same times, N and N m, in beam axes and in
-        base axes
+    load : (3, 2, L, 6) forces and moments on the links' ends at the same times, N and N m, in beam axes and
+        in base axes
     faults : what comes between commands and torques and between joints and sensors, or None
     """
 

@@ -1,7 +1,7 @@
 """Vibrations that belong to another one: multiples of its frequency, sums and differences of two.
 
-A motion that is not quite linear in its modes (a tip that goes along an arc moves along the arm by the square of
-its deflection) holds them.  They are no modes of their own.
+A motion that is not quite linear in its modes (a tip that goes along an arc moves along the arm by the square
+of its deflection) holds them.  They are no modes of their own.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ PAIR = 0.1  # of the smaller of two
 
 @dataclass(frozen=True)
 class Harmonic:
-    """A vibration, Hz, of this amplitude that comes from others: what it is, and the frequency it should have.
+    """A vibration, Hz, of this amplitude that comes from others: what it is, and the frequency expected.
 
     parts : places of its origins among the vibrations that were asked about, and how often each counts
     """

@@ -146,7 +146,7 @@ def identify(signal: Array, period: float) -> tuple[tuple[Mode, ...], float]:
 
 
 def told_apart(signal: Array, period: float) -> tuple[tuple[Mode, ...], tuple[Harmonic, ...], float]:
-    """Return the modes of a free decay (K, d), by falling amplitude, their harmonics, and the share explained.
+    """Return the modes of a free decay (K, d), by falling amplitude, harmonics, and the share explained.
 
     `period` is that between samples, s. A mode is what several orders of the model, and the decay's parts,
     agree on.
@@ -192,7 +192,7 @@ def told_apart(signal: Array, period: float) -> tuple[tuple[Mode, ...], tuple[Ha
 
 
 def apart(modes: list[Mode]) -> tuple[tuple[Mode, ...], tuple[Harmonic, ...]]:
-    """Tell modes, by falling amplitude, from what comes of them: that dies away as fast as its origins together."""
+    """Tell modes, by falling amplitude, from what comes of them and dies away as fast as they do together."""
     own: list[Mode] = []
     harmonics: list[Harmonic] = []
     for mode in modes:
@@ -272,7 +272,8 @@ def search(
             found.append(best)
         else:
             why_not.append(
-                f"{where}damped sines explain {100.0 * share:.0f} % of it, {100.0 * EXPLAINED:.0f} % are needed"
+                f"{where}damped sines explain {100.0 * share:.0f} % of it,"
+                f" {100.0 * EXPLAINED:.0f} % are needed"
             )
         if len(found) == most:
             break

@@ -396,8 +396,9 @@ def stress(
     few = [k.name for k in scene.links if scene.modes_of(k) is not None] if scene is not None else []
     if few:
         section.say(
-            f"{', '.join(few)}: reduced to a few modes, whose strains miss part of the axial and transverse forces"
-            " (tens of percent of a link's own weight) and some of the bending; section_force sensors do not."
+            f"{', '.join(few)}: reduced to a few modes, whose strains miss part of the axial and transverse"
+            " forces (tens of percent of a link's own weight) and some of the bending; section_force"
+            " sensors do not."
         )
     if any(s.assumed for s in found):
         names = ", ".join(s.link for s in found if s.assumed)

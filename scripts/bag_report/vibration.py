@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.signal import csd, find_peaks
 
 from ..bag import BagError
+from .harmonics import Harmonic, harmonics_of
 from .motion import Layout, Series, read
 from .reading import Reading
-from .harmonics import Harmonic, harmonics_of
 from .ringdown import RingDown, search
 
 Array = NDArray[np.float64]
@@ -30,8 +30,8 @@ PADDED = 8
 class Vibration:
     """The tip's elastic displacement (K, 3), m, base frame, evenly in time (K,), s, and what it tells.
 
-    frequency (F,), Hz; amplitude (F,), m, of a steady vibration of that frequency, along the direction in which
-        it is largest
+    frequency (F,), Hz; amplitude (F,), m, of a steady vibration of that frequency, along the direction in
+        which it is largest
     peaks : Hz, of the spectrum, highest first
     harmonics : those of the peaks that are multiples of a larger one
     decays : the free decays that were found

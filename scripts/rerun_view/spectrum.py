@@ -15,8 +15,9 @@ LEAST = 64  # samples that a window must hold
 def spectrum(time: NDArray[np.float64], motion: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
     """Return frequencies, Hz, and amplitudes of a motion (K, n), along the direction in which it is largest.
 
-    A line shows the largest amplitude about it, so that a sine of amplitude a has a peak of height a wherever it
-    lies between lines, and a circle one of its radius. Times need not be evenly spaced.
+    A line shows the largest amplitude about it, so that a sine of amplitude a has a peak of height a wherever
+    it lies between lines, and a circle one of its radius. Times need not be evenly spaced;
+    between them lines are drawn, which takes 5 % of a sine at an eighth of their rate.
     """
     span = time[-1] - time[0]
     if len(time) < LEAST or not span > 0.0:
