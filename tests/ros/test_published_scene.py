@@ -153,7 +153,7 @@ def gather(
     ways = {
         "everything": (),
         "one topic": ("*/joint_states", "*/door/criteria"),
-        "several": ("--max-size", "0.1"),
+        "several": ("--max-duration", "1"),
     }
     recorders = {
         way: begin(command("record", "-o", folder / way, *more), elsewhere) for way, more in ways.items()

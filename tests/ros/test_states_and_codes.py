@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from door_process import SCENE as DOOR
 from door_process import SMALL, Door
-from listening import Listener, node_words, running
+from listening import PATIENCE, Listener, node_words, running
 from robot_process import SCENE as ROBOT
 from robot_process import Robot
 from simulation_interfaces.msg import SimulationState
@@ -59,11 +59,13 @@ def node(page: str, trouble: str, folder: Path) -> Iterator[Listener]:
     if page == "node.md":
         words = node_words("flexsim_node.node", ROBOT, **TROUBLES[trouble])
         with running(Robot, words, folder) as robot:
+            robot.process.wait_for("kernels ready", PATIENCE)
             yield robot
     else:
         given = SMALL | {"override__solver__model": "column", "override__deformation__model": "none"}
         words = node_words("thermal_node.node", DOOR, **(given | TROUBLES[trouble]))
         with running(Door, words, folder) as door:
+            door.process.wait_for("kernels ready", PATIENCE)
             yield door
 
 
@@ -88,7 +90,7 @@ def test_every_row(page: str, block: int, tmp_path: Path) -> None:
         client = Client(found, page.removesuffix(".md").replace("node", "flexsim_node")
                         if page == "node.md" else "thermal_node")  # fmt: skip
         if trouble:
-            found.until(lambda: found.diagnostics().get("phase") == PHASES[trouble], 180.0)
+            found.until(lambda: found.diagnostics().get("phase") == PHASES[trouble], PATIENCE)
         for before, asked, code, after in table:
             wanted = STATES[before.partition(",")[0]]
             if client.state() != wanted:
