@@ -40,7 +40,11 @@ def to_slopes_rate(h, p0, p1, p2, v0, v1, v2):
 @kernel
 def about(h, a, v0, v1, v2):
     """v + h (v x a): rate of phi for the rate v of r, with h psi for h."""
-    return v0 + h * (v1 * a[2] - v2 * a[1]), v1 + h * (v2 * a[0] - v0 * a[2]), v2 + h * (v0 * a[1] - v1 * a[0])
+    return (
+        v0 + h * (v1 * a[2] - v2 * a[1]),
+        v1 + h * (v2 * a[0] - v0 * a[2]),
+        v2 + h * (v0 * a[1] - v1 * a[0]),
+    )
 
 
 @kernel

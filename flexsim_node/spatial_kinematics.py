@@ -154,7 +154,13 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
 
     With `quadratic` the terms that are quadratic in the rates v are added: the rows are accelerations then.
     """
-    link, joint, frame, d, v_rows = chain.link, chain.joint, work.frame, work.node[DISPLACEMENT], work.node[RATE]
+    link, joint, frame, d, v_rows = (
+        chain.link,
+        chain.joint,
+        work.frame,
+        work.node[DISPLACEMENT],
+        work.node[RATE],
+    )
     h, still = 0.5 * chain.setting[SPIN], work.row[0, 0:6]
     still[:] = 0.0
     for n in range(link.shape[0]):
@@ -174,7 +180,11 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
                 if kind == REVOLUTE:
                     # - 2 qd z x (E^T u') + qd^2 z x (z x u) = (2 E^T u' + qd dr/dq) x z qd
                     w0, w1, w2 = over(f, ROTATION, v_rows[end, 0], v_rows[end, 1], v_rows[end, 2])
-                    w0, w1, w2 = 2.0 * w0 + qd * f[BY_Q], 2.0 * w1 + qd * f[BY_Q + 1], 2.0 * w2 + qd * f[BY_Q + 2]
+                    w0, w1, w2 = (
+                        2.0 * w0 + qd * f[BY_Q],
+                        2.0 * w1 + qd * f[BY_Q + 1],
+                        2.0 * w2 + qd * f[BY_Q + 2],
+                    )
                     u0 += qd * (w1 * a[2] - w2 * a[1])
                     u1 += qd * (w2 * a[0] - w0 * a[2])
                     u2 += qd * (w0 * a[1] - w1 * a[0])
@@ -182,7 +192,15 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
                     l0, l1, l2 = f[LEVER] - joint[parent, TIP], f[LEVER + 1], f[LEVER + 2]
                     k0, k1, k2 = joint[n, PARENT_AXIS], joint[n, PARENT_AXIS + 1], joint[n, PARENT_AXIS + 2]
                     w0, w1, w2 = lead_acceleration(
-                        h, d[end, 3:6], v_rows[end, 3:6], l0, l1, l2, 2.0 * qd * k0, 2.0 * qd * k1, 2.0 * qd * k2
+                        h,
+                        d[end, 3:6],
+                        v_rows[end, 3:6],
+                        l0,
+                        l1,
+                        l2,
+                        2.0 * qd * k0,
+                        2.0 * qd * k1,
+                        2.0 * qd * k2,
                     )
                     w0, w1, w2 = over(f, ROTATION, w0, w1, w2)
                     u0, u1, u2 = u0 + w0, u1 + w1, u2 + w2
@@ -295,6 +313,13 @@ def gather(chain, work, out):
                 m0, m1, m2 = m0 + x, m1 + y, m2 + z
             f0, f1, f2 = over_back(f, ROTATION, f0, f1, f2)
             r = force[link[parent, FIRST] + link[parent, COUNT]]
-            r[0], r[1], r[2], r[3], r[4], r[5] = r[0] + f0, r[1] + f1, r[2] + f2, r[3] + m0, r[4] + m1, r[5] + m2
+            r[0], r[1], r[2], r[3], r[4], r[5] = (
+                r[0] + f0,
+                r[1] + f1,
+                r[2] + f2,
+                r[3] + m0,
+                r[4] + m1,
+                r[5] + m2,
+            )
             for k in range(6):
                 wrench[parent, k] += w[k]

@@ -167,9 +167,7 @@ class Adaptive:
         self.load(t + h)
         if acceleration(chain, work, end, rate, self.torque(t + h), np.zeros(n)) != OK:
             return NOT_CONVERGED
-        if self.loops and not close_resting(
-            chain.coulomb, chain.loops, chain, work, end, rate, np.zeros(n)
-        ):
+        if self.loops and not close_resting(chain.coulomb, chain.loops, chain, work, end, rate, np.zeros(n)):
             return LOOP_OPEN
         stand_still(chain.coulomb, chain, work, rate)
         if not finite(chain, end, rate):

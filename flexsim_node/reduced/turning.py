@@ -9,7 +9,18 @@ from __future__ import annotations
 from ..beam import BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION
 from ..kernel import kernel
 from ..weighted_sum import combine, dot
-from .layout import AXIALS, BENT, CROSS_T, CROSS_Y, CROSS_Z, MODAL_STIFFNESS, MODES, TENSIONS, Y_MODES, Z_MODES
+from .layout import (
+    AXIALS,
+    BENT,
+    CROSS_T,
+    CROSS_Y,
+    CROSS_Z,
+    MODAL_STIFFNESS,
+    MODES,
+    TENSIONS,
+    Y_MODES,
+    Z_MODES,
+)
 
 
 @kernel

@@ -48,7 +48,10 @@ def turning_products(
         return np.zeros(0), np.zeros(0), np.zeros(0)
     axial, y, z, _ = counts
     nodal = np.concatenate(
-        [np.einsum("nik,ck->cni", shape[:, :, :12], end_rows(whole[LENGTH])), shape[:, :, 12:].transpose(2, 0, 1)]
+        [
+            np.einsum("nik,ck->cni", shape[:, :, :12], end_rows(whole[LENGTH])),
+            shape[:, :, 12:].transpose(2, 0, 1),
+        ]
     )
     # (coordinates, elements, 8) slopes of every element
     found = np.array([[slopes(rows[e], u[e], u[e + 1]) for e in range(len(rows))] for u in nodal])
@@ -75,12 +78,16 @@ def turning_products(
     in_y = projected(
         np.array([c_z[1:], s_z[1:]]),
         np.array([k_z, 12.0 * o_z * k_z]),
-        np.array([products(x0, c_y) - 2.0 * o_y * products(x1, s_y), products(x0, s_y) - products(x1, c_y) / 6.0]),
+        np.array(
+            [products(x0, c_y) - 2.0 * o_y * products(x1, s_y), products(x0, s_y) - products(x1, c_y) / 6.0]
+        ),
     )
     in_z = projected(
         np.array([c_y[1:], s_y[1:]]),
         np.array([k_y, 12.0 * o_y * k_y]),
-        np.array([2.0 * o_z * products(x1, s_z) - products(x0, c_z), products(x1, c_z) / 6.0 - products(x0, s_z)]),
+        np.array(
+            [2.0 * o_z * products(x1, s_z) - products(x0, c_z), products(x1, c_z) / 6.0 - products(x0, s_z)]
+        ),
     )
     in_twist = projected(
         2.0 * x1[None, 1:],

@@ -65,9 +65,7 @@ def axes_turned(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     xx, yy, zz = a[0] * b[0], a[1] * b[1], a[2] * b[2]
     xy, xz, yz = a[0] * b[1], a[0] * b[2], 0.5 * a[1] * b[2]
     zero = 0 * xx
-    return np.array(
-        [[-0.5 * (yy + zz), xy, xz], [zero, -0.5 * (xx + zz), yz], [zero, yz, -0.5 * (xx + yy)]]
-    )
+    return np.array([[-0.5 * (yy + zz), xy, xz], [zero, -0.5 * (xx + zz), yz], [zero, yz, -0.5 * (xx + yy)]])
 
 
 def vector_from_slopes(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -145,7 +143,9 @@ class Element:
     axial: tuple | None = None  # stiffness, (12,), list of (weight, slope (12,))
     spin: list = field(default_factory=list)  # (inertia, (12,) twist)
     shift: np.ndarray | None = None  # (12, 12): quadratic form of how the mass moves along the beam
-    arm: np.ndarray | None = None  # (P, 3) of a rigid body's points from its node, where it turns to second order
+    arm: np.ndarray | None = (
+        None  # (P, 3) of a rigid body's points from its node, where it turns to second order
+    )
     sections: list = field(default_factory=list)  # (end, second moments along y and z) that turn so
     turning: tuple | None = None  # stiffnesses (5,), length, shear shares: strains to second order
 
@@ -387,9 +387,7 @@ class IndependentChain:
                 again = across @ carried
                 u = u + Moving(0.5 * again.value, 0.5 * again.rate)
             if own is not None:
-                psi = Moving(
-                    joint_axis.value * z[own], joint_axis.rate * z[own] + joint_axis.value * zd[own]
-                )
+                psi = Moving(joint_axis.value * z[own], joint_axis.rate * z[own] + joint_axis.value * zd[own])
                 both = across @ psi
                 r = r + psi
                 if self.turning:

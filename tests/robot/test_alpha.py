@@ -55,9 +55,9 @@ def straight(model):
 
 def bent(model):
     x = straight(model)
-    x[int(model.chain.setting[COORDINATES]) :] = 3e-3 * np.sin(np.arange(x.size))[: x.size - int(
-        model.chain.setting[COORDINATES]
-    )]
+    x[int(model.chain.setting[COORDINATES]) :] = (
+        3e-3 * np.sin(np.arange(x.size))[: x.size - int(model.chain.setting[COORDINATES])]
+    )
     return x
 
 

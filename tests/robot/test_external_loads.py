@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from scenes import anthropomorphic, link, robot, two_link
+from scipy.spatial.transform import Rotation
 
 from flexsim_node import load_scene, simulate
 from flexsim_node.chain import workspace

@@ -60,6 +60,7 @@ def expansion(full, reduced):
     views, works = [Observation(m) for m in (full, reduced)], [workspace(m.chain) for m in (full, reduced)]
     seen = []
     for model, view, work in zip((full, reduced), views, works, strict=True):
+
         def shown(x, view=view, work=work):
             view.look(work, x)
             return view.displacement.ravel()
