@@ -133,8 +133,8 @@ def test_strains_of_a_reduced_link_in_a_loop_are_refused():
 
     scene = four_bar(beam={"width": 0.02, "depth": 0.02, "density": 2700.0, "youngs_modulus": 7e10})
     scene["links"][0]["reduction"] = {"modes": 2}
-    scene["sensors"] = [{"name": "load", "type": "section_force", "link": scene["links"][0]["name"]}]
-    with pytest.raises(SceneError, match="load is on a reduced link"):
+    scene["sensors"] = [{"name": "gauge", "type": "strain_gauge", "link": "crank", "side": "+y"}]
+    with pytest.raises(SceneError, match="gauge is on a reduced link"):
         Simulation(load_scene(scene))
 
 
