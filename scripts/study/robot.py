@@ -35,6 +35,8 @@ PROBE = 0.02
 """Part of a run that tells how long the whole would take."""
 MESH_ORDER = {"erls": 4, "co_moving": 2}
 """Order of the tip's error in the length of an element."""
+LEAST_FINEST = 8
+"""Elements a link of the finest mesh, so that four meshes show its order."""
 MOST_KINKS = 200
 """Rows of torque tables at which the reference's steps end."""
 
@@ -243,7 +245,7 @@ class RobotStudy:
         of the torque and at every fault.  The other formulations are taken to their own end likewise: how
         far they then are is what their model changes.
         """
-        finest = 2 * self.grid.elements[-1] * 2**self.finer
+        finest = max(LEAST_FINEST, 2 * self.grid.elements[-1]) * 2**self.finer
         base = STEPS[-1] / 2**self.finer
         fine, half, quarter = (self.grid.meshed(finest // n) for n in (1, 2, 4))
         families = {"rosenbrock_w": base, "generalized_alpha": 4.0 / 3.0 * base}
@@ -280,7 +282,7 @@ class RobotStudy:
             at = base / 2.0
             meshes = [*([self.grid.meshed(finest // 8)] if finest >= 8 else []), quarter, half, fine]
             several = [moved("rosenbrock_w", at, {**changed, **m}) for m in meshes]
-            found = settle(several, float(order), extrapolate=order < 4)
+            found = settle(several, float(order))
             name = changed.get("formulation", self.scene.formulation)
             orders[f"mesh, {name}"] = float(found.order[0])
             shift = found.best
