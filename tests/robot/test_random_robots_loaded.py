@@ -48,10 +48,10 @@ def small_load(scene) -> float:
     return 1e-3 / max(turn, 1e-5)
 
 
-@seeds("serial", "branched", few=4)
+@seeds("serial", "branched", few=2)
 def test_weight_changes_frequencies_as_a_frame_says(kind, seed):
     """How fast each squared frequency changes with the weight, by a corotational frame's potential."""
-    made = finely(random_robot(seed, kind))
+    made = finely(random_robot(seed, kind), 3)
     if not bends(made):
         pytest.skip("nothing bends")
     scene = load_scene(made)
