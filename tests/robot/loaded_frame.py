@@ -249,12 +249,8 @@ class LoadedFrame:
         z = np.zeros(self.count)
         if self.unloaded is None:
             self.unloaded = self.hessian(z, 0.0 * gravity)
-        # the unloaded stiffness will do: what it lacks is of the order of the load
-        for _ in range(30):
-            step = np.linalg.solve(self.unloaded, self.gradient(z[None], gravity)[0])
-            z = z - step
-            if np.max(np.abs(step)) < 1e-13:
-                break
-        else:
-            raise ArithmeticError("no equilibrium: the load is too large for this")
-        return eigh(self.hessian(z, gravity), self.mass(z), eigvals_only=True)
+        stiffness = self.unloaded
+        for _ in range(4):
+            z = z - np.linalg.solve(stiffness, self.gradient(z[None], gravity)[0])
+            stiffness = self.hessian(z, gravity)
+        return eigh(stiffness, self.mass(z), eigvals_only=True)
