@@ -79,6 +79,7 @@ class LoadedFrame:
     def __init__(self, scene: Scene, position: np.ndarray) -> None:
         assert not scene.loops
         self.scene, self.count = scene, 0
+        self.unloaded: np.ndarray | None = None
         self.sections: list = []  # how each follows: ("ride", of, arm), ("free", first dof, place), ...
         self.elements: list[Element] = []
         self.bodies: list = []  # (section, mass, arm, inertia)
@@ -246,6 +247,10 @@ class LoadedFrame:
         """(n,) squared angular frequencies about the rest under `load` times the scene's gravity."""
         gravity = load * np.array(self.scene.gravity)
         z = np.zeros(self.count)
+        if self.unloaded is None:
+            self.unloaded = self.hessian(z, 0.0 * gravity)
+        stiffness = self.unloaded
         for _ in range(4):
-            z = z - np.linalg.solve(self.hessian(z, gravity), self.gradient(z[None], gravity)[0])
-        return eigh(self.hessian(z, gravity), self.mass(z), eigvals_only=True)
+            z = z - np.linalg.solve(stiffness, self.gradient(z[None], gravity)[0])
+            stiffness = self.hessian(z, gravity)
+        return eigh(stiffness, self.mass(z), eigvals_only=True)
