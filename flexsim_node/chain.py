@@ -31,9 +31,9 @@ POINT, DIRECTION = range(2)
 # columns of Workspace.frame: angular velocity, acceleration of the origin, angular acceleration, rotation
 # to the parent (row-wise), the start's row without the joint's own rotation, its derivative by q, lever; the
 # rotational entries of the start's row by those of the parent's end (3, 3) and by the joint's own rotation
-# (3,) (joint_turn.py), the derivatives of a bowed link's length by them (2,), the start's displacement by those
-# of the parent's end where the link slides (3, 3), the joint's own rotation.  The (3, 3) are transposed, as
-# ROTATION stands to E^T.
+# (3,) (joint_turn.py), the derivatives of a bowed link's length by them (2,), the start's displacement by
+# those of the parent's end where the link slides (3, 3), the joint's own rotation.  The (3, 3) are
+# transposed, as ROTATION stands to E^T.
 OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
 TURN_OVER, TURN_AXIS, BOW, SLIDE_OVER, PSI, FRAME_COLUMNS = 33, 42, 45, 47, 56, 64
 # columns of Workspace.moving, a row for each node's carrier: motion and ROTATION (to the carrier before) as

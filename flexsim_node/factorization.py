@@ -110,7 +110,7 @@ def fold(w, p, coefficient, b, size):
 
 @kernel
 def bowed_row(dependency, f, b, row):
-    """Write on what the axial displacement of a rigid link's end depends, with its start's slopes, into row."""
+    """Write on what a rigid link's end depends along the link, with its start's slopes, into row."""
     for k in range(2 * b):
         row[k] = dependency[k]
     if b == 3:

@@ -28,8 +28,8 @@ from .factorization import solve
 from .kernel import kernel
 
 # columns of Workspace.rubbing, a row for each joint with Coulomb friction: Y (n), W (k), a matrix (k), and
-# then the friction, the joint's rate, whether it was at rest (the acceleration decides then), its share in the
-# motion, a right side, a force to try, the rate that `rub_by_rate` saw
+# then the friction, the joint's rate, whether it was at rest (the acceleration decides then), its share in
+# the motion, a right side, a force to try, the rate that `rub_by_rate` saw
 FORCE, SPEED, STUCK, SHARE, RIGHT, TRIAL, BEGUN = range(7)
 COLUMNS = 7
 ROUNDS = 200
@@ -451,7 +451,7 @@ def close_resting(coulomb, loops, chain, work, x, v, still):
     """`close`, with joints that friction holds where they are; False where the loops stay open."""
     if len(coulomb) == 0 or len(loops) == 0:
         return close(loops, chain, work, x, v, still)
-    rubs, table, n = chain.rubbing, work.rubbing, work.memory.size
+    rubs, table = chain.rubbing, work.rubbing
     tail = table.shape[1] - COLUMNS
     held = False
     for p in range(rubs.size):

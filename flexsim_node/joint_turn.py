@@ -113,7 +113,7 @@ def lead_rate(h, x, y, z, v0, v1, v2, k0, k1, k2):
 
 @kernel
 def lead_acceleration(h, s_p, v_p, k0, k1, k2, r0, r1, r2):
-    """What is quadratic in the rates in its second rate, for the rates v_p of s_p (3,); r is twice the lever's."""
+    """What is quadratic in its second rate, for the rates v_p of s_p (3,); r is twice the lever's rate."""
     x, y, z = to_vector(h, s_p[0], s_p[1], s_p[2])
     v0, v1, v2 = to_vector_rate(h, s_p, v_p[0], v_p[1], v_p[2])
     a1, a2 = 2.0 * h * v_p[0] * v_p[2], -2.0 * h * v_p[0] * v_p[1]
@@ -140,7 +140,7 @@ def write_lead(h, f, x, y, z, s_p, k0, k1, k2):
 
 @kernel
 def turn_acceleration(h, f, s_p, v_p, psi, psi_rate, a, qd):
-    """What is quadratic in the rates in the second rate of s: of s_p (3,) with v_p (3,), of psi and q (rate qd).
+    """What is quadratic in the second rate of s: in the rates v_p (3,) of s_p (3,), of psi, and qd of q.
 
     f is the frame row; a (3,) the joint's axis; qd is zero where the joint does not turn.
     """

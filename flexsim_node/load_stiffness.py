@@ -1,9 +1,9 @@
 """What the loads take from a robot's stiffness, cheap enough to be looked at while it runs.
 
-With K the links' elastic stiffness and K_g what weight, inertia forces and stresses change of it, joints held,
-the figure is the smallest eigenvalue of K_g y = lambda K y: the lowest squared frequency is about 1 + lambda of
-the unloaded one, and at lambda = -1 the robot buckles.  A look takes one step of the power iteration from the
-last one's vector: one factorisation and a few residuals, in parts.
+K is the links' elastic stiffness, K_g what weight, inertia forces and stresses change of it, joints held.
+The figure is the smallest eigenvalue of K_g y = lambda K y: the lowest squared frequency is about 1 + lambda
+of the unloaded one, and at lambda = -1 the robot buckles.  A look takes one step of the power iteration from
+the last one's vector: one factorisation and a few residuals, in parts.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ SMOOTHING = 2  # times that a first vector is bent by itself as a load
 class LoadStiffness:
     """The iteration's vector for one model; a robot without elastic unknowns has no such figure.
 
-    Where the effect `centrifugal` is off, the figure is that of the same robot with it: of what is left out.  It
-    needs `axial`; without that there is no figure.
+    Where the effect `centrifugal` is off, the figure is that of the same robot with it: of what is left out.
+    It needs `axial`; without that there is no figure.
 
     loads : buffers of the loads on the links' ends, `external` and `loaded` of a Workspace
     """

@@ -44,7 +44,7 @@ def moment_on_row(s, m0, m1, m2):
 
 @kernel
 def carried(second, s, r):
-    """What the turn s (3,) moves a point r (3,) of the section's axes: (R - 1) r (T4); linear where second is 0."""
+    """(R - 1) r of a point r (3,) of the section that s (3,) turns (T4); linear in s where second is 0."""
     x, y, z = s[0], s[1], s[2]
     h = 0.5 * second
     return (
@@ -131,7 +131,7 @@ def section_load(jy, jz, frame, coriolis, s, v, a, wrench):
 
 @kernel
 def section_coupling(jy, jz, s, coupling, inertia):
-    """What `section_load` adds to d(force on s)/d(angular acceleration), coupling (3, 3), and to inertia (6, 6)."""
+    """Add what `section_load` has by the angular acceleration: coupling (3, 3) of s, and inertia (6, 6)."""
     x, y, z = s[0], s[1], s[2]
     half = 0.5 * (jy - jz)
     coupling[1, 0] += half * z

@@ -300,7 +300,7 @@ def _until_change(piece: Piece, robot: Simulation, whole: float, h: float) -> tu
 
 
 def _leave_the_plane(wrench: dict | None, duration: float, step: float) -> bool:
-    """Whether loads on the links' ends have, at any step's start, parts that a robot in a plane can't feel."""
+    """Whether loads on the links' ends leave, at any step's start, the plane of a planar robot."""
     times = np.arange(0.0, duration + 0.5 * step, step)
     return any(
         np.any(np.asarray(given(t), dtype=float).reshape(-1)[2:5] != 0.0)

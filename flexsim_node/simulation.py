@@ -278,8 +278,8 @@ class Simulation:
                 )
             if self.model.planar and np.any(given.reshape(-1, 6)[:, [2, 3, 4]] != 0.0):
                 raise ValueError(
-                    f"{self.scene.name}: load {load!r} on {link} leaves the plane in which the robot moves; give"
-                    " forces along x and y and moments about z, or build Simulation(..., planar=False)"
+                    f"{self.scene.name}: load {load!r} on {link} leaves the plane in which the robot moves;"
+                    " give forces along x and y and moments about z, or build Simulation(..., planar=False)"
                 )
             rows = given.reshape(-1, 2, 3)
             rows = rows if base else rows @ self.model.axes[n]

@@ -127,7 +127,7 @@ def turning_energy(e, p, r):
 
 @kernel
 def write_gradient(row, length, on_cz, on_sz, on_mz, on_cy, on_sy, on_my, on_x0, on_x1):
-    """Write a strain's gradient by the nodes' dofs, ordered (end, start), into row (12,), from that by the slopes."""
+    """Write a strain's gradient by the dofs of (end, start) into row (12,), from that by the slopes."""
     z, y = on_sz / length, on_sy / length
     mean_z, mean_y = 0.5 * (on_mz - on_sz), 0.5 * (on_my - on_sy)
     row[0] = row[6] = 0.0
@@ -141,8 +141,8 @@ def write_gradient(row, length, on_cz, on_sz, on_mz, on_cy, on_sy, on_my, on_x0,
 def iteration_turning(e, p, r, scale, b, w):
     """Add scale times the stiffness of an element without that of its stresses to w (12, 12) of (18, 18).
 
-    w is ordered (node i, node i - 1); the scratch b (12, 12) gets the strains' gradients, and under them these
-    times the stiffnesses.
+    w is ordered (node i, node i - 1); the scratch b (12, 12) gets the strains' gradients, and under them
+    these times the stiffnesses.
     """
     c_z, s_z, m_z, c_y, s_y, m_y, x0, x1 = slopes(e, p, r)
     o_z, o_y, length = 1.0 - e[SHEAR_Z], 1.0 - e[SHEAR_Y], e[LENGTH]

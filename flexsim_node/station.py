@@ -208,7 +208,7 @@ def constitutive(e, rows, xi, out):
 
 @kernel
 def turned_resultants(e, strain, xi, out):
-    """Write bending, shear and torsion of the five strains to second order (spatial_strain.py) at xi into out (6,)."""
+    """Write bending, shear and torsion of the five strains (spatial_strain.py, T7) at xi into out (6,)."""
     a_z, d_z, a_y, d_y, twist = strain
     along = 6.0 * (2.0 * xi - 1.0)
     d_z, d_y = (1.0 - e[SHEAR_Z]) * d_z, (1.0 - e[SHEAR_Y]) * d_y

@@ -120,8 +120,9 @@ class ValidityWatch:
         self.sampled[:] = 0.0
 
     def look(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> bool:
-        """Take axial load, the conditions of J_0 and of the mass matrix, and what loads take from the stiffness,
-        at unknowns x, rates v and accelerations a (n,); False beyond a stop.
+        """Take axial load, both conditions and the loads' share of the stiffness; False beyond a stop.
+
+        x, v, a : (n,) unknowns, rates, accelerations
         """
         for _ in self.glances(x, v, a):
             pass

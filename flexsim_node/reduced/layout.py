@@ -39,8 +39,8 @@ LINE, MIX, TURN, TURN_MIX, TURNED, GRADIENT, LATERAL = range(29, 36)
 # multiple of four.  Where the link's buffers end.  For each mode where among the centreline's coefficients it
 # is, and where among the rotation's (-1: nowhere).
 WIDTH, HEIGHT, END = 36, 37, 38
-# Where in Chain.modal the strains' products of second order are: of twist and deflection in z in the bending in
-# y, of twist and deflection in y in that in z, of both deflections in the torsion (turning.py); and in
+# Where in Chain.modal the strains' products of second order are: of twist and deflection in z in the bending
+# in y, of twist and deflection in y in that in z, of both deflections in the torsion (turning.py); and in
 # Workspace.modal the slopes that they take and give.
 CROSS_Z, CROSS_Y, CROSS_T, BENT = range(39, 43)
 FUNCTION = 43
@@ -81,7 +81,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (MASS_GRAM, f * f), (TURN_GRAM, g * g), (SLOPE_Y, (4 + y) * t * wide), (SLOPE_Z, (4 + z) * t * high),
         (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (ENDS, 2 * b * fours(2 * b)),
         (COUPLING, 2 * b * p), (SHAPE, shapes), (CROSS_Z, (2 + y) * twists * fours(3 + z)),
-        (CROSS_Y, (2 + z) * twists * fours(3 + y)), (CROSS_T, (twists - 1) * (3 + y) * fours(3 + z)), (PIECES, 0),
+        (CROSS_Y, (2 + z) * twists * fours(3 + y)), (CROSS_T, (twists - 1) * (3 + y) * fours(3 + z)),
+        (PIECES, 0),
     ):  # fmt: skip
         size[column] = constants
         constants += eights(length)

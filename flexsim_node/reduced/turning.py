@@ -25,7 +25,7 @@ from .layout import (
 
 @kernel
 def counts(size):
-    """Numbers of twists, of slopes in y and in z, where the slopes are behind the twists, and length of all."""
+    """Numbers of twists and of slopes in y and in z, places of the slopes, and length of all."""
     y, z = 3 + size[Y_MODES], 3 + size[Z_MODES]
     twists = 2 + size[MODES] - size[AXIALS] - size[Y_MODES] - size[Z_MODES]
     at_y = fours(twists)
@@ -107,7 +107,7 @@ def stiffness_of(size, data, e, family, k):
 
 @kernel
 def family_of(size, family):
-    """Of a family of strains: number, products, place of its linear strains; of x count, of x and y place, width."""
+    """Of a family of strains: number, products, place of the linear ones; count of x, places, width of y."""
     twists, y, z, at_y, at_z, _ = counts(size)
     if family == 0:
         return y - 1, size[CROSS_Z], at_y + 1, twists, 0, at_z, fours(z)

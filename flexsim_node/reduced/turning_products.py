@@ -1,9 +1,9 @@
 """How a reduced link's twist and deflections strain it to second order: constant products of its functions.
 
-Each element's strains to second order (spatial_strain.py, T7) are projected on the strains that the link's own
-coordinates can take up, as its squared slope is: so they can't lock, follow from an energy, and are the full
-model's where all modes are kept.  The coordinates are the link's twist (mean, half difference of the ends, the
-modes that twist) and its slopes in y and in z (mean of the ends, difference, skew, the modes that bend).
+Each element's strains to second order (spatial_strain.py, T7) are projected on the strains that the link's
+own coordinates can take up, as its squared slope is: so they can't lock, follow from an energy, and are the
+full model's where all modes are kept.  The coordinates are the link's twist (mean, half difference of the
+ends, modes that twist) and its slopes in y and in z (mean of the ends, difference, skew, modes that bend).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..spatial_strain import slopes
 
 
 def end_rows(length: float) -> np.ndarray:
-    """(8, 12) nodal rows (start, end) of a link with one of its twists and slopes: x0, x1, m_z, c_z, s_z, m_y..."""
+    """(8, 12) nodal rows (start, end) of a link with one of x0, x1, m_z, c_z, s_z, m_y, c_y, s_y."""
     rows = np.zeros((8, 12))
     rows[0, [3, 9]] = 1.0
     rows[1, [3, 9]] = -1.0, 1.0
@@ -41,8 +41,8 @@ def turning_products(
 
     Returns
     -------
-    (2 + t, 2 + y, 3 + z), (2 + t, 2 + z, 3 + y), (3 + y, 1 + t, 3 + z) for y, z, t modes of the kinds: factor,
-    strain, other factor, the last with zeros up to a multiple of four
+    (2 + t, 2 + y, 3 + z), (2 + t, 2 + z, 3 + y), (3 + y, 1 + t, 3 + z) for y, z, t modes of the kinds:
+    factor, strain, other factor, the last with zeros up to a multiple of four
     """
     if not turns:
         return np.zeros(0), np.zeros(0), np.zeros(0)

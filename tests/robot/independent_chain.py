@@ -5,7 +5,8 @@ Every element is filled with Gauss points (x, y, z) of the field
 
     p = o_l(q) + R_l(q) (x + N(x, y, z) d_l),    d_l = T_l(q, u)
 
-to second order in u (docs/theory/second_order.md), built with 4 x 4 Denavit-Hartenberg matrices in the base frame.  Kinetic energy is the sum over the points,
+to second order in u (docs/theory/second_order.md), built with 4 x 4 Denavit-Hartenberg matrices in the
+base frame.  Kinetic energy is the sum over the points,
 strain energy that of the strains at the Gauss points.  Derivatives are taken by complex steps,
 which are
 exact to rounding; nothing here knows of angular velocities, mass matrices or recursions, and
@@ -553,7 +554,7 @@ class IndependentChain:
         return Moving(np.array(values), np.array(rates))
 
     def turned_sections(self, z: np.ndarray, zd: np.ndarray):
-        """(second moment, rate of the undeformed axis, rate of what its turn has of second order), base frame."""
+        """(second moment, rate of the undeformed axis, rate of its turn's second order), base frame."""
         for part, _, basis, d in self.pieces(self.motion(z, zd)):
             for end, *moments in part.sections:
                 at = slice(6 * end + 3, 6 * end + 6)
