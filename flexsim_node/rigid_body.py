@@ -157,7 +157,7 @@ def inertia_coupling(mass, x, d, second, coupling, inertia, t):
 
 @kernel
 def own_mass(mass, d, second, out, unit, t):
-    """Write the body's mass matrix over its node's row d (6,) into out (6, 6); unit (6,) and t are scratch."""
+    """Write the body's mass matrix over its node's row d (6,) into out (6, 6); unit (6,), t scratch."""
     c, g = t[0:4], t[4:8]
     for k in range(6):
         for j in range(6):

@@ -299,11 +299,11 @@ def _until_change(piece: Piece, robot: Simulation, whole: float, h: float) -> tu
     return replace(piece, end=cut, length=until), [Piece(cut, piece.end, piece.length - until, False)]
 
 
-def _leave_the_plane(wrench: dict | None, duration: float, step: float) -> bool:
+def _leave_the_plane(wrench: Wrench | None, duration: float, step: float) -> bool:
     """Whether loads on the links' ends leave, at any step's start, the plane of a planar robot."""
     times = np.arange(0.0, duration + 0.5 * step, step)
     return any(
-        np.any(np.asarray(given(t), dtype=float).reshape(-1)[2:5] != 0.0)
+        np.any(np.asarray(given(float(t)), dtype=float).reshape(-1)[2:5] != 0.0)
         for given in (wrench or {}).values()
         for t in times
     )

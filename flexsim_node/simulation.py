@@ -42,6 +42,7 @@ class Simulation:
 
     model: Model
     work: Workspace
+    sensors: Sensors
 
     def __init__(
         self,

@@ -158,7 +158,9 @@ class Adaptive:
         y = self.running.y
         if self.running.t > t + h:
             begun = self.running.t_old is not None and self.running.t_old <= t + h
-            y = (self.running.dense_output() if begun else self.dense)(t + h)
+            dense = self.running.dense_output() if begun else self.dense
+            assert dense is not None
+            y = dense(t + h)
         if not np.all(np.isfinite(y)):
             return NOT_CONVERGED
         chain, work = self.model.chain, self.work

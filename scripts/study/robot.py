@@ -264,7 +264,7 @@ class RobotStudy:
                 runs[key] = self.motion(run)
             return runs[key]
 
-        def without_steps(method: str, changed: dict[str, Any]):  # type: ignore[no-untyped-def]
+        def without_steps(method: str, changed: dict[str, Any]):
             h = families[method]
             return settle([moved(method, h / n, changed) for n in (0.5, 1, 2, 4)], 2.0)
 

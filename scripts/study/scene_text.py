@@ -107,7 +107,7 @@ def keys_of(document: Any, dotted: str) -> list[str | int]:
 
 def put(document: Any, dotted: str, value: Any) -> None:
     """Set a dotted key in dicts and lists; what has no keys below it gives way to keys."""
-    path = keys_of(document, dotted)
+    path: list[Any] = list(keys_of(document, dotted))
     for key in path[:-1]:
         below = document[key] if isinstance(document, list) else document.get(key)
         if not isinstance(below, (dict, list)):
