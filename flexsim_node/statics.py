@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor
 
 from .assembly import Assembly
 from .chain import workspace
@@ -65,20 +65,30 @@ def rest_shape(model: Model, position: np.ndarray, velocity: np.ndarray | None =
     for _ in range(ITERATIONS):
         tangent = along.T @ stiffness_matrix(model, x, v) @ along
         try:
-            right = along.T @ forces(model, x, v)
-            # until the spin has stretched the links nothing stiffens them
-            step = cho_solve(cho_factor(tangent), right) if v is None else np.linalg.solve(tangent, right)
-        except (LinAlgError, ValueError):  # not positive definite, or not finite: not stable
+            # not definite before the load has stretched the links, whose tension holds it up
+            step = np.linalg.solve(tangent, along.T @ forces(model, x, v))
+        except (LinAlgError, ValueError):  # singular, or not finite
             break
         x += along @ step
         size = float(np.max(np.abs(step)))
         if size < 1e-15 or (size < 1e-11 and size >= best):
+            if v is None and not is_definite(along.T @ stiffness_matrix(model, x) @ along):
+                break
             return x
         best = min(best, size)
     raise ArithmeticError(
         f"{model.scene.name}: no static equilibrium found at {np.round(position, 6).tolist()};"
         " the links are too soft for their load, or buckle"
     )
+
+
+def is_definite(matrix: np.ndarray) -> bool:
+    """Whether a symmetric matrix is positive definite: of a stiffness, whether the equilibrium is stable."""
+    try:
+        cho_factor(matrix)
+    except (LinAlgError, ValueError):
+        return False
+    return True
 
 
 def static_equilibrium(scene: Scene, position: np.ndarray | list[float]) -> StaticEquilibrium:

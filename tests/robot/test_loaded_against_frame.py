@@ -25,7 +25,7 @@ from loaded_scenes import spun as weightless
 
 from flexsim_node import load_scene, natural_frequencies, simulate, static_equilibrium
 
-FORMULATIONS = ("erls", "co_moving")
+FORMULATIONS = ("erls", pytest.param("co_moving", marks=pytest.mark.nightly))
 COUNT = 4  # elements of a link, and twice as many
 WITHIN = 5e-3
 KEPT = json.loads(FILE.read_text())

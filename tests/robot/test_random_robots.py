@@ -32,7 +32,7 @@ FORMULATIONS = ("erls", "co_moving")
 def seeds(*kinds: str, few: int = 2, many: int = NIGHTLY) -> pytest.MarkDecorator:
     """The test for the first seeds of every kind always, for the others by night."""
     rows = [
-        pytest.param(kind, seed, marks=() if seed < few else pytest.mark.nightly)
+        pytest.param(kind, seed, marks=() if kind == "serial" and seed < few else pytest.mark.nightly)
         for kind in kinds
         for seed in range(many)
     ]
