@@ -56,12 +56,12 @@ SCENES = {
 def test_joints_come_to_rest_and_stay(name):
     """After the brakes have taken the motion, encoders stand still under the arm's weight for good."""
     robot_now = Simulation(load_scene(SCENES[name]))
+    assert np.max(np.abs(robot_now.joint_velocity())) > 0.1
     rates, places = [], []
     for _ in range(160):
         assert robot_now.step() == 0
         rates.append(robot_now.joint_velocity().copy())
         places.append(robot_now.joint_position().copy())
-    assert np.max(np.abs(rates[0])) > 0.1
     assert np.max(np.abs(rates[100:])) <= 1e-6
     assert np.max(np.ptp(places[100:], axis=0)) < 1e-12
 
