@@ -107,6 +107,8 @@ def page(found: dict[str, Comparison]) -> str:
     """The whole page."""
     lines = [*HEAD.splitlines(), "", *summary(found), ""]
     for kind, title in KINDS.items():
+        if kind not in {comparison.kind for comparison in found.values()}:
+            continue
         lines += [f"## {title}", ""]
         for name, comparison in found.items():
             if comparison.kind != kind:
@@ -115,6 +117,8 @@ def page(found: dict[str, Comparison]) -> str:
             lines += [f"Reference: {comparison.source}.", ""]
             lines += [f"![{comparison.title}](images/validation_{name}.png)", "", *table(comparison), ""]
             lines += [f"What limits it: {comparison.limits}", ""]
+    if missing := [f"`{name}`" for name in COMPARISONS if name not in found]:
+        lines += ["## Written, and without figures here", "", f"{', '.join(missing)}: not run yet.", ""]
     return "\n".join([*lines, *ELSEWHERE.splitlines()]) + "\n"
 
 

@@ -119,6 +119,8 @@ def publish(bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: f
         shown = sys.stderr.isatty() and not as_json
         if shown:
             click.echo(KEYS, err=True)
+        elif timing.loop and not as_json:
+            click.echo(f"playing {bag.path} over and over; Ctrl-C ends", err=True)
         begun = time.monotonic()
         player.play(timing, stopped, lambda: on_tick(player, timing, pressed(), stopped, shown))
         elapsed = time.monotonic() - begun

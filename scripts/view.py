@@ -142,10 +142,11 @@ def view_bag(
             click.echo(f"without a view: {', '.join(shown.without_view)}")
     if web or serve:
         how = f"in a browser: {target.page}" if web else f"with: rerun {target.address}"
-        click.echo(f"look at it {how}; Ctrl-C ends", err=True)
-        sys.stdout.flush()
         try:
-            viewer.wait(duration)
+            with stopped_by_signals() as stopped:
+                click.echo(f"look at it {how}; Ctrl-C ends", err=True)
+                sys.stdout.flush()
+                viewer.wait(duration, stopped)
         finally:
             target.close()
 

@@ -16,7 +16,7 @@ from urllib.parse import quote
 
 import rerun as rr
 
-from ..terminal.stop import stopped_by_signals
+from ..terminal.stop import Stop
 
 LOOPBACK = "127.0.0.1"
 START_TIMEOUT = 60.0
@@ -131,11 +131,8 @@ def why_not_written(file: str) -> str:
     return "no space is left on its disk" if left < SMALL else "the file or its disk does not take more"
 
 
-def wait(duration: float | None) -> None:
-    """Stay until Ctrl-C, which is passed on, or for `duration` seconds."""
+def wait(duration: float | None, stopped: Stop) -> None:
+    """Stay until it is stopped, or for `duration` seconds."""
     end = None if duration is None else time.monotonic() + duration
-    with stopped_by_signals() as stopped:
-        while not stopped.asked and (end is None or time.monotonic() < end):
-            time.sleep(0.1)
-    if stopped.asked:
-        raise KeyboardInterrupt
+    while not stopped.asked and (end is None or time.monotonic() < end):
+        time.sleep(0.1)

@@ -78,7 +78,7 @@ RUN_BY_THE_TEST: dict[str, Example] = {
     "flexsim info run --json": Example(RUN),
     "flexsim play run": Example(RUN),
     "flexsim play run /joint_states --rate 10 --start-offset 0.2": Example(RUN),
-    "flexsim play run /flexsim_node/commands --rate 0.5 --loop": Example(RUN, until="nothing is said"),
+    "flexsim play run /flexsim_node/commands --rate 0.5 --loop": Example(RUN, until="Ctrl-C ends"),
     "flexsim play run --lockstep": Example(RUN, makes=("run_again/metadata.yaml",)),
     "flexsim play run --lockstep -o again": Example(RUN, makes=("again/metadata.yaml",)),
     "flexsim compare run again": Example(("run", "again")),

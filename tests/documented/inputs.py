@@ -63,7 +63,7 @@ def recorded_robot(folder: Path) -> Path:
     process = Background(words, environment, folder)
     arm = Robot(process, int(environment["ROS_DOMAIN_ID"]))
     try:
-        recorder.wait_for("+ parameters and anthropomorphic.yaml of /flexsim_node", PATIENCE)
+        recorder.wait_for("+ scene of /flexsim_node: anthropomorphic", PATIENCE)
         for topic in ("/joint_states", "/flexsim_node/elastic_state", "/flexsim_node/commands"):
             recorder.wait_for(f"+ {topic}")
         arm.connected()

@@ -39,13 +39,13 @@ OWN_TOPICS = {
     "/cell/arm": {
         "/cell/arm/commands", "/cell/arm/wrench", "/cell/arm/elastic_state", "/cell/arm/elastic_layout",
         "/cell/arm/deformed_shape", "/cell/joint_states", "/cell/robot_description",
-        "/cell/robot_joint_commands", "/cell/arm/scene", "/clock", "/diagnostics",
+        "/cell/robot_joint_commands", "/cell/arm/scene", "/cell/arm/status", "/clock", "/diagnostics",
     },
     "/cell/door": {
         "/cell/furnace/temperature", "/cell/furnace/measured_temperature", "/cell/door/thermocouples",
         "/cell/door/criteria", "/cell/door/temperature_field", "/cell/door/temperature_points",
         "/cell/door/unexposed/image", "/cell/door/deflection", "/cell/door/mesh",
-        "/cell/door/scene", "/diagnostics",
+        "/cell/door/scene", "/cell/door/status", "/diagnostics",
     },
 }  # fmt: skip
 
@@ -378,6 +378,7 @@ def test_action_list_and_send_goal(tool: Tool, node: str) -> None:
     client.destroy()
 
 
+@pytest.mark.alone
 def test_topic_hz(tool: Tool) -> None:
     """Stamps are a period apart, as `ros2 topic hz --use-sim-time` and `ros2 topic delay` see them."""
     tool.call("/cell/arm/set_simulation_state", interface("simulation_interfaces/srv/SetSimulationState"),

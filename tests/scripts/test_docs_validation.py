@@ -16,9 +16,11 @@ from validation_page import COMPARISONS, IMAGES, PAGE, kept, page  # noqa: E402
 
 
 def test_the_page_shows_the_kept_figures() -> None:
-    """Every comparison is kept, has its picture and stands on the page as the command would write it."""
+    """What is kept has its picture and stands on the page as the command writes it; the rest is named."""
     found = kept()
-    assert tuple(found) == COMPARISONS
+    assert set(anew()) <= set(found)
+    for name in set(COMPARISONS) - set(found):
+        assert f"`{name}`" in PAGE.read_text(encoding="utf-8").partition("without figures here")[2]
     assert PAGE.read_text(encoding="utf-8") == page(found)
     for name in found:
         assert (IMAGES / f"validation_{name}.png").read_bytes()[:4] == b"\x89PNG"
