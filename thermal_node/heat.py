@@ -19,6 +19,7 @@ from .furnace import Furnace
 from .linear import conjugate_gradients, factor_lines, krylov
 from .method import METHODS, SDIRK2, Method
 from .model import DoorModel
+from .newton import newton_work
 from .stage import CONVERGED, NOT_FINITE, solve_stage
 from .status import State, Status
 
@@ -94,6 +95,7 @@ class Heat:
         self.count = np.zeros(2, dtype=np.int64)
         self._field = field_of(model.grid)
         self._krylov = krylov(n, self._plane, model.mesh.finite_elements)
+        self._newton = newton_work(model.grid)
         self._correction = np.zeros(n)
         self._trial = np.zeros(n)
         self._base = np.zeros(n)
@@ -233,6 +235,7 @@ class Heat:
                 self.model.surface,
                 self._field,
                 self._krylov,
+                self._newton,
                 self._correction,
                 self.count,
                 MOST_ITERATIONS,
