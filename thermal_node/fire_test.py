@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from .conduction import ABSOLUTE_ZERO, Array
-from .criteria import Criteria, FurnaceTolerance
-from .furnace import CURVES, Measured
+from .criteria import Criteria
+from .furnace import Measured
 from .heat import Heat
 from .mesh.whole import whole_leaf
 from .model import door_model
-from .probes import InfraredView, probes_of
+from .probes import InfraredView, Radiometer, probes_of
 from .scene import Scene
 from .status import State, Status
+from .tolerance import FurnaceTolerance
 
 HOTTEST = 3000.0
 """°C; a furnace that reports more is not believed."""
@@ -37,8 +38,8 @@ class FireTest:
         self.heat = Heat(self.model)
         self.probes = probes_of(self.model)
         self.infrared = InfraredView(self.model)
+        self._radiometer = Radiometer(self.model)
         self.whole = whole_leaf(self.model.mesh, scene.leaf.width, scene.leaf.height)
-        self._standard = CURVES.get(scene.furnace.curve)
         self.reset()
 
     def warm(self) -> None:
@@ -52,9 +53,13 @@ class FireTest:
         self.heat.furnace = self.model.furnace
         self.heat.reset()
         self.criteria = Criteria(self.scene.criteria, self.probes, self.model.initial)
-        self.tolerance = FurnaceTolerance()
         self._broken = Status()
         self._look()
+
+    @property
+    def tolerance(self) -> FurnaceTolerance:
+        """How the furnace keeps to the curve of the foremost standard."""
+        return self.criteria.judgements[0].tolerance
 
     @property
     def time(self) -> float:
@@ -94,22 +99,20 @@ class FireTest:
         """March to `time`, s; where the march has to stop, the last good state stays."""
         if not self.status.ok:
             return self.status
-        self.heat.advance(time)
+        self.heat.advance(time, self._look)
         if not np.isfinite(self.heat.temperature).all():
             self._broken = Status(
                 State.NOT_FINITE, f"stopped at {self.time:.3f} s: a temperature is not finite"
             )
-            return self.status
-        self._look()
         return self.status
 
     def _look(self) -> None:
-        self.readings = self.probes.read(self.heat.temperature)
-        self.criteria.watch(self.time, self.readings)
-        if self._standard is not None:
-            each = getattr(self.heat.furnace, "thermocouples", None)
-            gas = np.array([self.furnace]) if each is None else each(self.time)
-            self.tolerance.watch(self.time, float(self._standard(self.time)), gas)
+        temperature = self.heat.temperature
+        if not np.isfinite(temperature).all():
+            return
+        self.readings = self.probes.read(temperature)
+        self.criteria.watch(self.time, self.readings, self._radiometer.read(temperature))
+        self.criteria.watch_furnace(self.time, self.heat.furnace)
 
 
 def believable(temperature: float) -> str:

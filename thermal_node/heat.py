@@ -9,6 +9,7 @@ state and a status that says why.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -158,8 +159,11 @@ class Heat:
         """Heat inflow (3,) through exposed, unexposed and lateral surface now, W."""
         return self._inflows[0] * self.model.mesh.parts
 
-    def advance(self, to_time: float) -> Status:
-        """March to `to_time`, s, exactly, or to where the march has to stop."""
+    def advance(self, to_time: float, each_step: Callable[[], None] | None = None) -> Status:
+        """March to `to_time`, s, exactly, or to where the march has to stop.
+
+        each_step : called after every step, for what must not wait until the end
+        """
         fixed = self.model.scene.solver.step
         if self._step <= 0.0:
             self._step = fixed or self._first_step()
@@ -193,6 +197,8 @@ class Heat:
                     self._step = min(grown, LONGEST_STEP)
             self.accept(step)
             halvings = 0
+            if each_step is not None:
+                each_step()
         return self.status
 
     def _first_step(self) -> float:

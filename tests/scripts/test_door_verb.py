@@ -31,7 +31,8 @@ def test_simulate(tmp_path: Path) -> None:
     for printed, criterion in zip(said["criteria"], run.criteria, strict=True):
         assert printed["name"] == criterion.name
         assert printed["value"] == pytest.approx(criterion.value)
-        assert printed["time_of_failure"] is None
+        assert printed["time_of_failure"] == criterion.time_of_failure
+        assert printed["judged"]
     assert run.bow is not None
     assert said["bow"] == pytest.approx(run.bow[-1])
     arrays = np.load(save)

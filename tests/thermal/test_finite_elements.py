@@ -183,8 +183,8 @@ def test_capacity_with_a_peak_is_lumped():
 def test_a_specific_heat_that_rises_within_twenty_kelvin_is_marched_through(top):
     """A damp board's table: the consistent capacity's derivative is then far from symmetric.
 
-    Finite volumes, which have a lumped capacity, say what comes out in the middle: on eight bricks through the
-    wool the two differ by 9 K within it, with the step in the table and without.
+    Finite volumes, which have a lumped capacity, say what comes out in the middle: on eight bricks through
+    the wool the two differ by 9 K within it, with the step in the table and without.
     """
     damp = {"temperature": [20, 95, 115, 135, 160, 1200], "value": [950, 950, top, top, 950, 950]}
     found = {}
