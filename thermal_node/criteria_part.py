@@ -18,6 +18,9 @@ def _several(value: Any) -> Any:
     return [value] if isinstance(value, str) else value
 
 
+Standards = Annotated[tuple[StandardName, ...], Field(min_length=1)]
+
+
 class CriteriaPart(Part):
     """What the door is judged by.
 
@@ -31,9 +34,7 @@ class CriteriaPart(Part):
         judged beside the standards'
     """
 
-    standard: Annotated[tuple[StandardName, ...] | None, BeforeValidator(_several), Field(min_length=1)] = (
-        None
-    )
+    standard: Annotated[Standards | None, BeforeValidator(_several)] = None
     division: Literal["A", "B", "F"] | None = None
     minutes: Positive | None = None
     points: tuple[str, ...] = ()

@@ -215,9 +215,7 @@ STANDARDS: dict[str, Standard] = {
             tolerance=_EN_TOLERANCE,
             rises=(
                 Rise("mean temperature rise", 140.0, _FIVE, True, "EN 13501-2 class I1 and I2"),
-                Rise(
-                    "maximum temperature rise", 180.0, _EDGES, False, "EN 13501-2 class I2", "2", True
-                ),
+                Rise("maximum temperature rise", 180.0, _EDGES, False, "EN 13501-2 class I2", "2", True),
                 Rise(
                     "maximum temperature rise 25 mm from the edge",
                     180.0,

@@ -10,6 +10,7 @@ from thermal_node import Criteria, SceneError, door_model, load_scene, probes_of
 from thermal_node.criterion import Criterion
 from thermal_node.deformation.deflection import Deflection
 from thermal_node.furnace import Constant, Curve, Measured, astm_e119, hydrocarbon, iso_834
+from thermal_node.scene import changed
 from thermal_node.standards import STANDARDS, ul_points
 
 COARSE = {"layers": [1, 6, 1]}
@@ -203,3 +204,11 @@ def test_a_unit_that_slipped_is_said():
     scene = load_scene(door(**COLUMN), {"materials.rock_wool.specific_heat": 1.0})
     criteria = Criteria(scene.criteria, probes_of(door_model(scene)), 20.0)
     assert "in doubt: materials.rock_wool.specific_heat is 1 J/(kg K)" in criteria.verdict()
+
+
+def test_a_scene_can_be_changed_once_it_is_read():
+    """What was left out is written out as nothing, and read again."""
+    scene = changed(load_scene(door()), {"leaf.width": 1.2})
+    assert scene.criteria.standards == ("ftp_a", "en_1634")
+    with pytest.raises(SceneError, match=r"criteria\.standard"):
+        load_scene(door(criteria={"standard": []}))
