@@ -122,20 +122,3 @@ def test_a_log_in_other_units_is_refused_for_what_is_wrong(slipped, times, readi
     scene, time, read = slipped
     with pytest.raises(SceneError, match=said):
         fit(scene, ThermocoupleLog(times * time, {n: readings(v) for n, v in read.items()}))
-
-
-def test_a_thermocouple_that_sits_badly_is_named(slipped):
-    scene, time, read = slipped
-    off = read | {"interior_half": np.full(len(time), 100.0)}
-    result = fit(scene, ThermocoupleLog(time, off))
-    assert set(result.each) == set(off)
-    assert result.each["interior_half"] == max(result.each.values())
-
-
-def test_a_log_that_is_cut_short_gives_no_impossible_scene(slipped):
-    """Five minutes of noise: nothing is determined, and the fit does not blame a density it tried itself."""
-    scene, _, _ = slipped
-    noise = np.random.default_rng(1)
-    log = ThermocoupleLog(np.arange(60.0, 301.0, 60.0), {"ftp_centre": 20.0 + noise.normal(0.0, 1.0, 5)})
-    result = fit(scene, log)
-    assert any("is not determined" in note or "ran to the end" in note for note in result.notes)
