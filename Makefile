@@ -36,7 +36,7 @@ python_changed = false
 endif
 stale := $(shell [ -e $(VENV_STAMP) ] && { [ "$$(cat $(VENV)/stamps/place)" != "$$(pwd -P)" ] || $(python_changed); } && echo stale)
 
-.PHONY: help demo test lint setup lock clean stale
+.PHONY: help demo test nightly lint setup lock clean stale
 .NOTPARALLEL:
 .SILENT: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP) $(TEST_STAMP)
 
@@ -47,9 +47,13 @@ demo: setup  ## the main job: a robot, a controller, a bag, pictures
 	$(VENV)/bin/flexsim demo
 
 test: setup $(TEST_STAMP)  ## the tests
-	NUMBA_DISABLE_JIT=1 $(VENV)/bin/python -m pytest $(CORES) -m equations
-	$(VENV)/bin/python -m pytest $(CORES) -m "not equations and not alone"
-	$(VENV)/bin/python -m pytest -m alone
+	NUMBA_DISABLE_JIT=1 $(VENV)/bin/python -m pytest $(CORES) -m "equations and not nightly"
+	$(VENV)/bin/python -m pytest $(CORES) -m "not equations and not alone and not nightly"
+	$(VENV)/bin/python -m pytest -m "alone and not nightly"
+
+# One after the other: each has the machine to itself, as a user has.
+nightly: setup $(TEST_STAMP)  ## the tests that take long: every documented example, studies and all (hours)
+	$(VENV)/bin/python -m pytest -m nightly
 
 lint: setup $(TEST_STAMP)  ## ruff and mypy
 	$(VENV)/bin/ruff check .
@@ -134,6 +138,8 @@ endef
 $(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml
 	echo "set-up 4/5: flexsim, editable"
 	$(PIP_INSTALL) --no-build-isolation --editable .
+	# Our programs answer signals while Python itself starts, which the wheels have executed anew.
+	$(VENV)/bin/python -m flexsim_ros.first_instant
 	touch $@
 
 # The robot's kernels, in space and in the plane, and the door's, so that no run waits for the compiler.

@@ -56,29 +56,7 @@ CLEAR = 10.0
 BESIDE = 1e-3
 """s: the step at which formulations and reductions stand side by side."""
 
-HEAD = """# What accuracy costs in time
-
-Made by `python benchmarks/accuracy_page.py` from the studies in [accuracy/](accuracy/); a study of your
-own scene:
-
-```bash
-flexsim accuracy config/planar_double_pendulum.yaml --tolerance 0.5mm
-flexsim accuracy config/anthropomorphic.yaml --sine joint_1=5@1 --budget 200us --write
-flexsim accuracy config/thesis_door.yaml --tolerance 1K
-```
-
-It makes a reference and estimates the reference's own error by a second method, runs the grid, can be
-stopped and goes on where it was, and ends with a sentence to act on; `--write` puts it into the scene.
-Times are those of one machine while others used it: compare them with one another, not with yours.
-
-| error | what is compared |
-|---|---|
-| tip position, joint angle | the largest difference over the motion |
-| vibration frequency, decay | of the strongest vibration after the joints were moved by 0.02 rad and held |
-| of the step alone | tip position against the same mesh without error of the step: it shows the order |
-| unexposed temperatures | the largest difference over the test and all probes on the unexposed face |
-| time at which a criterion falls | mean or maximum temperature rise |
-"""
+HEAD = (KEPT / "head.md").read_text(encoding="utf-8")
 
 LEARNED = """## What was learned, and the defaults that follow
 

@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 from flexsim_node.pace import go_first, sleep_finely
 
 SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic_geared.yaml"
+DIAGNOSED = 10.0  # s, within which diagnostics come, which are said once a second
 PERIOD = 0.02  # s between commands
 STARTED = 180.0
 # ns: how often a bare loop wakes up, how late it notices, and before which of a node's threads it goes.
@@ -289,16 +290,18 @@ def quantiles(latency: list[int]) -> dict[str, float]:
 
 
 def last_diagnostics(node: Any) -> dict[str, str]:
-    """Wait for the next diagnostics and return their values."""
+    """Wait for the next diagnostics and return their values; raises TimeoutError where none come."""
     from diagnostic_msgs.msg import DiagnosticArray
 
     heard = node.create_subscription(DiagnosticArray, "/diagnostics", lambda _: None, 10)
-    while True:
+    end = time.monotonic() + DIAGNOSED
+    while time.monotonic() < end:
         with heard.handle:
             taken = heard.handle.take_message(DiagnosticArray, False)
         if taken is not None:
             return {p.key: p.value for status in taken[0].status for p in status.values}
         time.sleep(0.05)
+    raise TimeoutError(f"no diagnostics came within {DIAGNOSED:g} s")
 
 
 def status(pid: int) -> dict[str, int]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from .chain import COORDINATES, FIXED, KIND, MOTOR, Q
 from .closure import keep_closed
-from .dynamics import residual
+from .dynamics import imbalance
 from .factorization import factorize, set_scale, solve
+from .friction import rub_by_rate, rub_smoothly, stick
 from .kernel import kernel
 
 # what a step says happened
-OK, NOT_FINITE, SINGULAR, NOT_CONVERGED, LOOP_OPEN, NOT_VALID = range(6)
+OK, NOT_FINITE, SINGULAR, NOT_CONVERGED, LOOP_OPEN, NOT_VALID, FRICTION_TOO_STIFF = range(7)
 REASONS = {
     OK: "ok",
     NOT_FINITE: "the state grows beyond all bounds; give a smaller step or an implicit method",
@@ -18,6 +19,8 @@ REASONS = {
     LOOP_OPEN: "a loop can't be kept closed; look at the mechanism's singular configurations, at what"
     " prescribed joints ask of it, or give a smaller step",
     NOT_VALID: "the motion leaves the range of its equations",
+    FRICTION_TOO_STIFF: "friction with this coulomb_speed changes faster than an explicit method can follow;"
+    " leave coulomb_speed out, give a smaller step, or an implicit method",
 }
 
 
@@ -50,19 +53,29 @@ def finite(chain, x, v):
 @kernel
 def acceleration(chain, work, x, v, torque, out):
     """Write v' = M(x)^-1 f(x, v) into out (n,); held joints keep what out says of them.  Returns a status."""
+    rub_by_rate(chain.coulomb, chain, work, v)
+    return acceleration_sliding(chain, work, x, v, torque, out)
+
+
+@kernel
+def acceleration_sliding(chain, work, x, v, torque, out):
+    """`acceleration` while joints rub the way, or stick, as `rub_by_rate` last found it."""
     link = chain.link
     a, rhs = work.vector[6], work.vector[7]
     a[:] = 0.0
     for n in range(link.shape[0]):
         if work.held[n] and link[n, KIND] != FIXED:
             a[encoder(link, n)] = out[encoder(link, n)]
-    residual(chain, work, x, v, a, torque, rhs)
+    rub_smoothly(chain.coulomb, chain, work, v)
+    imbalance(chain, work, x, v, a, torque, rhs)
     if work.scale[0] != 0.0 or work.scale[1] != 0.0:
         set_scale(chain, work, 0.0, 0.0, 0.0)
     if factorize(chain, work) != 0:
         return SINGULAR
     solve(chain, work, rhs, out)
     keep_closed(chain.loops, chain, work, v, out, 1.0)
+    if not stick(chain.coulomb, chain, work, out):
+        return NOT_CONVERGED
     for i in range(out.size):
         out[i] += a[i]
     return OK

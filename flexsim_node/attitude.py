@@ -1,10 +1,28 @@
-"""Finite rotations of a section from its linear rotation vector: matrix, angular velocity, quaternion."""
+"""Finite rotations of a section from its nodal row: matrix, angular velocity, quaternion.
+
+`section_turn` and `section_spin` alone say what the rotational dofs of a row mean: a rotation vector.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from .kernel import kernel
+
+
+@kernel
+def section_turn(row, out):
+    """Rotation matrix (3, 3) of a section with the row (6,) of its displacement, from its axes to a frame's.
+
+    The frame is the link's, or with co-moving frames the element's carrier.
+    """
+    turn_matrix(row[3:6], out)
+
+
+@kernel
+def section_spin(row, rate, out):
+    """Angular velocity (3,) of a section in its frame, in its own axes, from its row and the row's rate."""
+    turn_rate(row[3:6], rate[3:6], out)
 
 
 @kernel

@@ -29,10 +29,12 @@ from .kernel import kernel
 
 # columns of Chain.element
 START, LENGTH, MASS, INERTIA_Y, INERTIA_Z, POLAR = 0, 1, 2, 3, 4, 5
-AXIAL, TORSION, BEND_Y, BEND_Z, SHEAR_Y, SHEAR_Z, STIFFENING = 6, 7, 8, 9, 10, 11, 12
+AXIAL, TORSION, BEND_Y, BEND_Z, SHEAR_Y, SHEAR_Z, STIFFENING, TURNING = 6, 7, 8, 9, 10, 11, 12, 13
 # (BEND_Z, SHEAR_Z bend in the x-y plane, about z; BEND_Y, SHEAR_Y in the x-z plane, about y.
 #  INERTIA_Y, INERTIA_Z are density times the integrals of y^2 and of z^2 over the section.)
-COLUMNS = 13
+# STIFFENING: 1 where the squared slope stretches the element; TURNING: 1 where its strains and sections turn
+# to second order too (spatial_strain.py, section_turn.py).
+COLUMNS = 14
 
 HERMITE_MASS = (
     np.array(

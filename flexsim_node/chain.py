@@ -19,18 +19,23 @@ from .reduced.layout import buffer_length
 KIND, Q, PHI, FIRST, COUNT, FIRST_ELEMENT, PARENT, FIRST_BODY, BODIES, MOTOR = range(10)
 FIXED, REVOLUTE, PRISMATIC = range(3)
 # columns of Chain.joint: link length, joint axis in the link's and the parent's body frame, losses, spring
-# and damper between motor and link, the link's first bending frequency (rad/s), buckling load (N), or zero
+# and damper between motor and link, the link's first bending frequency (rad/s), buckling load (N), or zero;
+# the length of a rigid link whose end moves to second order as its start turns, or zero
 TIP, AXIS, PARENT_AXIS, ANGLE = 0, 1, 4, 7
 VISCOUS, COULOMB, COULOMB_SPEED, ROTOR, SPRING, DAMPER = 8, 9, 10, 11, 12, 13
-BENDING, BUCKLING = 14, 15
+BENDING, BUCKLING, BOWED = 14, 15, 16
 # columns of Chain.closing, an equation each: what it equates, the links on whose ends its points or
 # directions a, b and its direction d ride (-1: the base), the loop it belongs to
 EQUATION, LINK_A, LINK_B, LINK_D, CLOSING_LOOP = range(5)
 POINT, DIRECTION = range(2)
 # columns of Workspace.frame: angular velocity, acceleration of the origin, angular acceleration, rotation
-# to the parent (row-wise), displacement of the start without the joint's own rotation, its derivative by
-# q, lever
+# to the parent (row-wise), the start's row without the joint's own rotation, its derivative by q, lever; the
+# rotational entries of the start's row by those of the parent's end (3, 3) and by the joint's own rotation
+# (3,) (joint_turn.py), the derivatives of a bowed link's length by them (2,), the start's displacement by
+# those of the parent's end where the link slides (3, 3), the joint's own rotation.  The (3, 3) are
+# transposed, as ROTATION stands to E^T.
 OMEGA, LINEAR, ANGULAR, ROTATION, START, BY_Q, LEVER = 0, 3, 6, 9, 18, 24, 30
+TURN_OVER, TURN_AXIS, BOW, SLIDE_OVER, PSI, FRAME_COLUMNS = 33, 42, 45, 47, 56, 64
 # columns of Workspace.moving, a row for each node's carrier: motion and ROTATION (to the carrier before) as
 # above, then the section's rotation and place from the carrier, the vectors b, c and the coefficients of
 # their tangents; of a link's start instead of these two the joint's axis and lever where it slides
@@ -43,8 +48,9 @@ DISPLACEMENT, RATE, ACCELERATION, TRIAL = range(4)
 # entries of Chain.setting: gravity (3), Rayleigh's coefficients, whether a factorisation may serve the next
 # step's first stage too (where q follows the links' chords; at their roots it swings with the elastic modes),
 # whether the elastic displacement meets Coriolis' acceleration, and centrifugal softening,
-# how many of the unknowns are joint coordinates and motors' angles
-GRAVITY, ALPHA, BETA, KEEP, CORIOLIS, SPIN, COORDINATES = 0, 3, 4, 5, 6, 7, 8
+# how many of the unknowns are joint coordinates and motors' angles, Rayleigh's alpha on the elastic velocity
+# alone (ALPHA is the thesis' form)
+GRAVITY, ALPHA, BETA, KEEP, CORIOLIS, SPIN, COORDINATES, RELATIVE = 0, 3, 4, 5, 6, 7, 8, 9
 
 
 class Chain(NamedTuple):
@@ -55,10 +61,12 @@ class Chain(NamedTuple):
     loops: tuple[int, ...]  # (their number,), or () where there are none
     co_moving: tuple[int, ...]  # (1,) where frames follow the elements, else ()
     reduction: tuple[int, ...]  # (1,) where links are reduced to modes, else ()
+    relative: tuple[int, ...]  # (1,) where Rayleigh's alpha damps the elastic velocity alone, else ()
+    coulomb: tuple[int, ...]  # (number of joints with Coulomb friction,), or ()
     link: np.ndarray  # (L, 10) int64
-    joint: np.ndarray  # (L, 16)
+    joint: np.ndarray  # (L, 17)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
-    element: np.ndarray  # (E, 13), columns of beam.py
+    element: np.ndarray  # (E, 14), columns of beam.py
     mass: np.ndarray  # (E, 2B, 2B), nodes ordered (end, start); co-moving (E, B, B) over an element's own
     stiffness: np.ndarray  # likewise
     unknown: np.ndarray  # (N, B) int64: the unknown of a nodal dof, or -1 where it depends on others
@@ -67,24 +75,26 @@ class Chain(NamedTuple):
     body_mass: np.ndarray  # (bodies, B, B)
     body_place: np.ndarray  # (bodies,) int64: node
     place: np.ndarray  # (N,) distance of a node from the link's start, m
-    setting: np.ndarray  # (9,)
+    setting: np.ndarray  # (10,)
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
-    reduced: np.ndarray  # (L, 39 + 2P) int64: links that are one element with modes, see reduced/layout.py
+    reduced: np.ndarray  # (L, 43 + 2P) int64: links that are one element with modes, see reduced/layout.py
     modal: np.ndarray  # their constants
+    rubbing: np.ndarray  # (k,) int64: links at whose joints there is Coulomb friction
 
 
 class Workspace(NamedTuple):
     """Every buffer of a step, sized for one chain."""
 
-    frame: np.ndarray  # (L, 33)
-    kept: np.ndarray  # (L, 33): the frames at the last factorisation
+    frame: np.ndarray  # (L, 64)
+    kept: np.ndarray  # (L, 64): the frames at the last factorisation
     node: np.ndarray  # (4, N, B)
     force: np.ndarray  # (N, B)
     wrench: np.ndarray  # (L, B)
     attitude: np.ndarray  # (L, 9): rotation of the body frames to the base, where a load asks for it
     external: np.ndarray  # (2, L, 6): force and moment on the links' ends, in beam axes and in base axes
+    course: np.ndarray  # (3, 2, L, 6): those at start, middle and end of the step
     loaded: np.ndarray  # (2,) bool: whether there are any
     validity: np.ndarray  # (2, 3): largest values that the watch saw, and the links where
     correction: np.ndarray  # (1,): of the last Newton step, m or rad
@@ -93,15 +103,17 @@ class Workspace(NamedTuple):
     scale: np.ndarray  # (3,): of the stiffness, of the joints' damping and of their springs; -1 before any
     pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)
-    spring: np.ndarray  # (L, 3): joint spring in the matrix, 1 / pivot of its motor, Coulomb force over speed
+    spring: np.ndarray  # (L, 2): joint spring in the matrix, 1 / pivot of its motor
     interface: np.ndarray  # (L, 2B, 2B)
     load: np.ndarray  # (L, 2B)
     answer: np.ndarray  # (L, 2B)
     front: np.ndarray  # (3B, 3B)
-    vector: np.ndarray  # (8, n)
+    vector: np.ndarray  # (11, n): of the methods 0 to 7, of friction 8, of Rayleigh's alpha 9 and 10
     drive: np.ndarray  # (4, m): torque and prescribed motion between the ends of a step
     memory: np.ndarray  # (n,): what a method keeps from step to step
+    arrival: np.ndarray  # (n,): the accelerations that a method has at the step's end
     square: np.ndarray  # (2B, 2B)
+    gradient: np.ndarray  # (12, 12): of an element's strains, and times their stiffnesses
     coupling: np.ndarray  # (2B + 1, B)
     inertia: np.ndarray  # (B, B)
     scratch: np.ndarray  # (30, 3)
@@ -119,6 +131,7 @@ class Workspace(NamedTuple):
     pair: np.ndarray  # (4, 2, B): rows of one element's two nodes
     carrier: np.ndarray  # (2, B, B)
     modal: np.ndarray  # buffers of the reduced links, see reduced/layout.py
+    rubbing: np.ndarray  # (k, n + 2k + 7): Coulomb friction, columns of friction.py
 
 
 class Robot(NamedTuple):
@@ -139,18 +152,19 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
     last = chain.link[:, [Q, PHI, MOTOR]].max(initial=-1)
     unknowns = max(int(chain.unknown.max(initial=-1)), int(last)) + 1
     joints = int(np.sum(chain.link[:, KIND] != FIXED))
-    equations = len(chain.closing)
+    equations, rubs = len(chain.closing), len(chain.rubbing)
     own = nodes if chain.co_moving else 0
     moving = zeros((own, 44))
     moving[:, [HALF, HALF + 4, HALF + 8]] = 1.0
     buffers = Workspace(
-        frame=zeros((links, 33)),
-        kept=zeros((links, 33)),
+        frame=zeros((links, FRAME_COLUMNS)),
+        kept=zeros((links, FRAME_COLUMNS)),
         node=zeros((4, nodes, b)),
         force=zeros((nodes, b)),
         wrench=zeros((links, b)),
         attitude=zeros((links, 9)),
         external=zeros((2, links, 6)),
+        course=zeros((3, 2, links, 6)),
         loaded=zeros(2, dtype=np.bool_),
         validity=zeros((2, 3)),
         correction=zeros(1),
@@ -159,15 +173,17 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         scale=np.full(3, -1.0),
         pivot=zeros((nodes * b, 3 * b + 1)),
         joint_pivot=zeros((links, 2, 2 * b + 2)),
-        spring=zeros((links, 3)),
+        spring=zeros((links, 2)),
         interface=zeros((links, 2 * b, 2 * b)),
         load=zeros((links, 2 * b)),
         answer=zeros((links, 2 * b)),
         front=zeros((3 * b, 3 * b)),
-        vector=zeros((8, unknowns)),
+        vector=zeros((11, unknowns)),
         drive=zeros((4, joints)),
         memory=zeros(unknowns),
+        arrival=zeros(unknowns),
         square=zeros((2 * b, 2 * b)),
+        gradient=zeros((12, 12)),
         coupling=zeros((2 * b + 1, b)),
         inertia=zeros((b, b)),
         scratch=zeros((30, 3)),
@@ -184,5 +200,6 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         pair=zeros((4, 2, b)),
         carrier=zeros((2, b, b)),
         modal=zeros(buffer_length(chain.reduced)),
+        rubbing=zeros((rubs, unknowns + 2 * rubs + 7 if rubs else 0)),
     )
     return by_reference(buffers._replace(**shared))

@@ -40,12 +40,14 @@ from .chain import (
     PRISMATIC,
     RATE,
     ROTATION,
+    SPIN,
     Q,
 )
 from .co_moving import closing, gather_wrenches
 from .factorization import solve
 from .kernel import kernel
 from .kinematics import accelerate, gather, place, spatial_row
+from .section_turn import carried, carried_acceleration, carried_rate, force_on_turn
 
 # columns of Workspace.closure after G and M^-1 G^T: S and, behind it, these
 DEFECT, FORCE, ORDER, SCALE = range(4)
@@ -137,11 +139,14 @@ def ride_erls(chain, work, n, r, point, out):
     spatial_row(work.node[RATE, i], planar, du)
     spatial_row(work.node[ACCELERATION, i], planar, ddu)
     c, vel, acc = work.scratch[21], work.scratch[22], work.scratch[23]
+    second, turn, rate = chain.setting[SPIN], u[3:6], du[3:6]
+    c[0], c[1], c[2] = carried(second, turn, r)
+    vel[0], vel[1], vel[2] = carried_rate(second, turn, rate, r)
+    acc[0], acc[1], acc[2] = carried_rate(second, turn, ddu[3:6], r)
+    x, y, z = carried_acceleration(second, rate, r)
+    acc[0], acc[1], acc[2] = acc[0] + x, acc[1] + y, acc[2] + z
     for k in range(3):
-        s, t = (k + 1) % 3, (k + 2) % 3
-        c[k] = r[k] + u[3 + s] * r[t] - u[3 + t] * r[s]
-        vel[k] = du[3 + s] * r[t] - du[3 + t] * r[s]
-        acc[k] = ddu[3 + s] * r[t] - ddu[3 + t] * r[s]
+        c[k] += r[k]
         if point:
             c[k] += u[k]
             vel[k] += du[k]
@@ -212,14 +217,16 @@ def pull_erls(chain, work, n, r, point, c, x, y, z):
     fx = p[3] * x + p[6] * y + p[9] * z
     fy = p[4] * x + p[7] * y + p[10] * z
     fz = p[5] * x + p[8] * y + p[11] * z
-    force, wrench = work.force[i], work.wrench[n]
+    force, wrench, turn = work.force[i], work.wrench[n], work.row[3, 0:6]
+    spatial_row(work.node[DISPLACEMENT, i], len(chain.dofs) == 3, turn)
+    mx, my, mz = force_on_turn(chain.setting[SPIN], turn[3:6], r, fx, fy, fz)
     if len(chain.dofs) == 3:
         if point:
             force[0] += fx
             force[1] += fy
             wrench[0] += fx
             wrench[1] += fy
-        force[2] += r[0] * fy - r[1] * fx
+        force[2] += mz
         wrench[2] += c[0] * fy - c[1] * fx
         return
     if point:
@@ -229,9 +236,9 @@ def pull_erls(chain, work, n, r, point, c, x, y, z):
         wrench[0] += fx
         wrench[1] += fy
         wrench[2] += fz
-    force[3] += r[1] * fz - r[2] * fy
-    force[4] += r[2] * fx - r[0] * fz
-    force[5] += r[0] * fy - r[1] * fx
+    force[3] += mx
+    force[4] += my
+    force[5] += mz
     wrench[3] += c[1] * fz - c[2] * fy
     wrench[4] += c[2] * fx - c[0] * fz
     wrench[5] += c[0] * fy - c[1] * fx
@@ -391,6 +398,22 @@ def subtract(w, n, y):
         c = w[k, force]
         for i in range(n):
             y[i] -= c * w[k, n + i]
+
+
+@kernel
+def project(loops, chain, work, y):
+    """Take from y (n,), an answer of the factorised tree, what would open the loops, after `keep_closed`."""
+    if len(loops) == 0:
+        return
+    w, n = work.closure, work.memory.size
+    at = 2 * n + w.shape[0] + DEFECT
+    for k in range(w.shape[0]):
+        total = 0.0
+        for j in range(n):
+            total += w[k, j] * y[j]
+        w[k, at] = total
+    resolve(w, n)
+    subtract(w, n, y)
 
 
 @kernel

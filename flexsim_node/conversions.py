@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import array
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -206,9 +207,17 @@ def _xyz(vector: np.ndarray) -> dict[str, float]:
 
 
 def diagnostics(
-    report: Report, commands: Commands, scene_name: str, mode: str, troubles: int = 0
+    report: Report,
+    commands: Commands,
+    scene_name: str,
+    mode: str,
+    troubles: int = 0,
+    commanders: Sequence[str] = (),
 ) -> DiagnosticArray:
-    """Return how the node does: its real time, its commands, its solver."""
+    """Return how the node does: its real time, its commands, its solver.
+
+    commanders : who publishes commands, where it is more than one
+    """
     message = DiagnosticArray()
     message.header.stamp = stamp(round(report.time * SECOND))
     late = report.recent_overruns > 0
@@ -240,8 +249,10 @@ def diagnostics(
         ),
         _status(
             "commands",
-            warn if refused or report.timeouts or troubles else ok,
-            f"{refused} refused of {commands.accepted + refused}",
+            warn if refused or report.timeouts or troubles or commanders else ok,
+            f"{len(commanders)} publish commands: {', '.join(commanders)}"
+            if commanders
+            else f"{refused} refused of {commands.accepted + refused}",
             scene_name,
             {
                 "accepted": commands.accepted,

@@ -6,10 +6,9 @@ elastic ones), v their rates, a their accelerations.
 
 from __future__ import annotations
 
-import numpy as np
-
 from . import (
     co_moving,
+    friction,
     planar_beam,
     rigid_body,
     spatial_beam,
@@ -21,7 +20,6 @@ from .chain import (
     BODIES,
     CORIOLIS,
     COULOMB,
-    COULOMB_SPEED,
     COUNT,
     DAMPER,
     DISPLACEMENT,
@@ -41,6 +39,7 @@ from .chain import (
     Q,
 )
 from .co_moving import loads
+from .damping import oppose
 from .external import external_forces
 from .kernel import kernel
 from .kinematics import accelerate, gather, nodal_rates, place, spatial_row
@@ -53,10 +52,12 @@ from .reduced.layout import MODES
 def joint_force(chain, work, x, v, a, torque, out):
     """Add motor torque minus friction and rotor inertia, on the physical joint angle q + phi.
 
-    Where a spring stands between motor and link they act on the motor's own angle.
+    Where a spring stands between motor and link they act on the motor's own angle.  Coulomb friction is the
+    one at hand.
     """
     link, joint = chain.link, chain.joint
     m = 0
+    rubs = 0
     for n in range(link.shape[0]):
         if link[n, KIND] == FIXED:
             continue
@@ -72,11 +73,8 @@ def joint_force(chain, work, x, v, a, torque, out):
             rate, acceleration = v[motor], a[motor]
         effort = torque[m] - joint[n, VISCOUS] * rate - joint[n, ROTOR] * acceleration
         if joint[n, COULOMB] > 0.0:
-            held = joint[n, COULOMB] * np.tanh(rate / joint[n, COULOMB_SPEED])
-            effort -= held
-            # for the iteration the secant, not the slope: that vanishes while the joint still slides
-            slow = abs(rate) < 1e-6 * joint[n, COULOMB_SPEED]
-            work.spring[n, 2] = joint[n, COULOMB] / joint[n, COULOMB_SPEED] if slow else held / rate
+            effort -= work.rubbing[rubs, work.rubbing.shape[1] - friction.COLUMNS + friction.FORCE]
+            rubs += 1
         if motor >= 0:
             out[motor] += effort - spring
             effort = spring
@@ -217,9 +215,20 @@ def chain_forces(co, chain, work, v, a, out):
 
 @kernel
 def residual(chain, work, x, v, a, torque, out):
-    """Applied minus elastic, damping and inertia forces, f(x, v) - M(x) a, into out (n,)."""
+    """Applied minus elastic, damping and inertia forces, f(x, v) - M(x) a, into out (n,).
+
+    Coulomb friction is that of the rates v, none at rest.
+    """
+    friction.rub_by_rate(chain.coulomb, chain, work, v)
+    imbalance(chain, work, x, v, a, torque, out)
+
+
+@kernel
+def imbalance(chain, work, x, v, a, torque, out):
+    """`residual` with the Coulomb friction at hand, whatever the rates are."""
     place(chain, work, x)
     out[:] = 0.0
+    oppose(chain.relative, chain, work, v, out)
     chain_forces(chain.co_moving, chain, work, v, a, out)
     for i in range(out.size):
         out[i] = -out[i]

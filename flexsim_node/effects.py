@@ -8,10 +8,16 @@ from functools import lru_cache
 
 import numpy as np
 
+from .dofs import is_planar
+from .envelope import Envelope, hull
+from .jumps import torque_jumps
 from .schema import HELD_BY_FRAMES, Effects, Scene
 from .torque_profile import torque_profile
 
 SAMPLES = 400  # of a run's tip
+SHARE = 0.5  # of the tolerance that what is left out may change: between the envelope's runs it may be more
+MOST_TORQUES = 20_000  # looked at for an envelope's largest
+REST = 1e-9  # rad or m: joints that move no further are at rest
 Drive = Callable[[float], np.ndarray] | None
 
 
@@ -23,7 +29,7 @@ class Change:
     ----------
     name : of the effect, or `flexible: LINK`
     on : whether the scene has it; the other way round is what is measured
-    change : m, the largest distance of the tips at one time; infinite where the other run fails
+    change : m, the largest distance of a tip from itself at one time; infinite where the other run fails
     relative : change over the tip's own largest distance from where it starts
     trouble : why the other way can't run, or ""
     """
@@ -44,7 +50,9 @@ class Decision:
     scene : every effect decided
     tolerance : m at the tip
     changes : of every open effect alone, the smallest first
-    left_out : those that are off; together : m that they change together
+    left_out : those that are off; together : m that they change together, at most over the envelope
+    envelope : what the decision holds for; None where nothing that could matter is left out
+    at_rest : whether the scene does not move, which decides nothing
     """
 
     scene: Scene
@@ -52,6 +60,8 @@ class Decision:
     changes: tuple[Change, ...]
     left_out: tuple[str, ...]
     together: float
+    envelope: Envelope | None = None
+    at_rest: bool = False
 
     def sentences(self) -> list[str]:
         """A line for each open effect, and one for all that are left out."""
@@ -61,6 +71,12 @@ class Decision:
             for c in self.changes
         ]
         what = ", ".join(self.left_out) or "nothing"
+        if self.at_rest:
+            lines.append(
+                "left out: nothing; the tips move by less than the tolerance, which decides nothing: give the"
+                " scene a torque or a start that moves them"
+            )
+            return lines
         lines.append(
             f"left out: {what}; together {millimetres(self.together)} of {millimetres(self.tolerance)}"
         )
@@ -102,12 +118,13 @@ def everything_open_on(scene: Scene) -> Scene:
 
 
 class Trial:
-    """The run of a scene that its effects are judged by.
+    """A run of a scene that its effects are judged by.
 
     Parameters
     ----------
     drive : torque (m,) as a function of time; the scene's own profile where None
     duration : s; the scene's own where None
+    louder : times the torques, speeds at the start; beside : (m,) rad or m that the joints begin elsewhere
 
     Raises
     ------
@@ -115,32 +132,56 @@ class Trial:
         where the scene itself does not run to the end
     """
 
-    def __init__(self, scene: Scene, drive: Drive = None, duration: float | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        drive: Drive = None,
+        duration: float | None = None,
+        louder: float = 1.0,
+        beside: np.ndarray | None = None,
+    ) -> None:
         self.scene = everything_open_on(scene)
         self.drive = drive or torque_profile(scene)
+        self.own_drive, self.louder, self.beside = drive is None, louder, beside
         self.duration = scene.duration if duration is None else duration
-        self.path, trouble = self._tip(self.scene)
+        self.path, trouble = self._tip(self.scene, keep=True)
         if trouble:
             raise ArithmeticError(f"{scene.name}: the run that effects are judged by {trouble}")
-        self.reach = float(np.max(np.linalg.norm(self.path - self.path[0], axis=1)))
+        self.reach = float(np.max(np.linalg.norm(self.path - self.path[0], axis=-1)))
 
-    def _tip(self, scene: Scene) -> tuple[np.ndarray, str]:
-        """Path (K, 3) of the last link's end, and why it ended early, or ""."""
+    def _tip(self, scene: Scene, keep: bool = False) -> tuple[np.ndarray, str]:
+        """Paths (K, tips, 3) of the tips, and why they ended early, or ""; `keep` what the joints did."""
         from .simulate import simulate  # which builds models, which may ask for decisions
 
+        drive = self.drive or _no_torque(scene)
+        if self.louder != 1.0 or self.beside is not None:
+            start = {
+                "position": scene.start("position") + (0.0 if self.beside is None else self.beside),
+                "velocity": self.louder * scene.start("velocity"),
+            }
+            begun = {key: tuple(float(x) for x in values) for key, values in start.items()}
+            scene = scene.model_copy(update={"initial": scene.initial.model_copy(update=begun)})
+        jumps = torque_jumps(scene) if self.own_drive else []
         period = max(scene.solver.step, self.duration / SAMPLES)
+        louder = self.louder
         try:
-            run = simulate(scene, self.drive or _no_torque(scene), self.duration, sample_period=period)
+            run = simulate(
+                scene, lambda t: louder * drive(t), self.duration, sample_period=period, jumps=jumps
+            )
         except (ValueError, ArithmeticError) as problem:
-            return np.zeros((0, 3)), f"can't be simulated: {problem}"
-        return run.link_end[:, -1], "" if run.status == "ok" else run.status
+            return np.zeros((0, 1, 3)), f"can't be simulated: {problem}"
+        if keep:
+            count = min(MOST_TORQUES, max(2, round(self.duration / scene.solver.step) + 1))
+            efforts = louder * np.array([drive(t) for t in np.linspace(0.0, self.duration, count)])
+            self.motion = run.joint_position, run.joint_velocity, efforts
+        return run.link_end[:, list(scene.tips)], "" if run.status == "ok" else run.status
 
     def distance(self, scene: Scene) -> tuple[float, str]:
-        """Largest distance, m, of the tip from that of the trial's own run; infinite with a reason."""
+        """Largest distance, m, of a tip from that of the trial's own run; infinite with a reason."""
         path, trouble = self._tip(scene)
         if trouble:
             return float("inf"), trouble
-        return float(np.max(np.linalg.norm(path - self.path, axis=1))), ""
+        return float(np.max(np.linalg.norm(path - self.path, axis=-1))), ""
 
     def change(self, name: str) -> Change:
         """What switching one effect, or one link's flexibility, does."""
@@ -150,6 +191,50 @@ class Trial:
             return Change(name, on, float("inf"), float("inf"), trouble)
         change, trouble = self.distance(with_effect(self.scene, name, not on))
         return Change(name, on, change, change / self.reach if self.reach > 0.0 else 0.0, trouble)
+
+
+def envelope_trials(scene: Scene, own: Trial, margin: float) -> list[Trial]:
+    """The runs that stand for a scene's envelope, the widest first.
+
+    The scene's own motion with `margin` times its torques and speeds, begun where it begins, and with its
+    joints moved either way by what `margin` adds to how far they go; and as it is; each for `margin` times
+    its duration.  What does not run to its end stands for nothing, and is shortened by halves.
+    """
+    q = own.motion[0]
+    further = (margin - 1.0) * np.max(np.abs(q - q[0]), axis=0)
+    if scene.loops:
+        further *= np.array([joint.actuated for joint in scene.joints])
+    drive = None if own.own_drive else own.drive
+    wanted: list[tuple[float, np.ndarray | None]] = [
+        (margin, None),
+        (margin, further),
+        (margin, -further),
+        (1.0, None),
+    ]
+    found = []
+    for louder, beside in wanted:
+        for duration in (margin * own.duration, own.duration):
+            try:
+                found.append(Trial(scene, drive, duration, louder, beside))
+            except ArithmeticError:
+                continue
+            break
+    return found
+
+
+def without_meaning(scene: Scene) -> set[str]:
+    """Effects that no motion of the scene has: nothing in it has a part in them."""
+    joints = scene.joints
+    found = {
+        "gravity": not any(scene.gravity),
+        "damping": scene.damping.alpha == 0.0 == scene.damping.beta,
+        "joint_friction": not any(j.viscous_friction or j.coulomb_friction for j in joints),
+        "rotor_inertia": not any(j.rotor_inertia for j in joints),
+        "joint_elasticity": not any(j.stiffness for j in joints),
+    }
+    if is_planar(scene) and not any(f.kind == "payload" for f in scene.faults):
+        found |= {"torsion": True, "bending_y": True}
+    return {name for name, absent in found.items() if absent}
 
 
 def _no_torque(scene: Scene) -> Callable[[float], np.ndarray]:
@@ -162,9 +247,10 @@ def resolve_effects(
 ) -> Decision:
     """Decide the effects that a scene leaves open by what leaving them out changes at the tip.
 
-    Each is measured alone; then, the least important first, as many are left out as stay within the tolerance
-    together.  The scene's own torque profile drives the run unless `drive` does.  The same scene always gets
-    the same decision.
+    Each is measured alone, on the scene's motion and on the widest of its envelope (see envelope_trials);
+    then, the least important first, as many are left out as together stay within SHARE of the tolerance over
+    the whole envelope.  A scene at rest decides nothing.  The scene's own torque profile drives the runs
+    unless `drive` does.  The same scene always gets the same decision.
 
     Raises
     ------
@@ -188,16 +274,42 @@ def _resolve(scene: Scene, drive: Drive, duration: float | None, tolerance: floa
     limit = limit or 0.0
     if not open_effects:
         return Decision(scene, limit, (), (), 0.0)
-    trial = Trial(scene, drive, duration)
-    changes = sorted((trial.change(name) for name in open_effects), key=lambda c: (c.change, c.name))
-    left_out: list[str] = []
-    decided, together = trial.scene, 0.0
-    for change in changes:
-        if change.change > limit:
+    own = Trial(scene, drive, duration)
+    absent = without_meaning(own.scene)
+    moved = float(np.max(np.abs(own.motion[0] - own.motion[0][0])))
+    if moved <= REST or own.reach <= limit:
+        changes = sorted((own.change(n) for n in open_effects), key=lambda c: (c.change, c.name))
+        return Decision(own.scene, limit, tuple(changes), (), 0.0, at_rest=True)
+    trials = envelope_trials(scene, own, scene.auto.margin) or [own]
+    found = []
+    for name in open_effects:
+        if name in absent:
+            found.append(Change(name, True, 0.0, 0.0))
+            continue
+        several = [own.change(name), trials[0].change(name)]
+        found.append(max(several, key=lambda c: c.change))
+    changes = sorted(found, key=lambda c: (c.change, c.name))
+    allowed = SHARE * limit
+    out = [c.name for c in changes if c.change <= allowed]
+    decided, together = own.scene, 0.0
+    while out:
+        tried = own.scene
+        for name in out:
+            tried = with_effect(tried, name, False)
+        together = 0.0
+        for trial in [own, *trials] if set(out) - absent else []:
+            together = max(together, trial.distance(tried)[0])
+            if together > allowed:
+                break
+        if together <= allowed:
+            decided = tried
             break
-        tried = with_effect(decided, change.name, False)
-        distance, _ = trial.distance(tried) if left_out else (change.change, "")
-        if distance <= limit:
-            decided, together = tried, distance
-            left_out.append(change.name)
-    return Decision(decided, limit, tuple(changes), tuple(left_out), together)
+        together = 0.0
+        out.pop()
+    missing = tuple(n for n in reversed(out) if n not in absent)
+    seen = None
+    if missing:
+        joints, motions = scene.joint_names, [t.motion for t in (own, *trials)]
+        longest = max(t.duration for t in (own, *trials))
+        seen = hull(joints, motions, longest, missing)
+    return Decision(decided, limit, tuple(changes), tuple(out), together, seen)

@@ -22,6 +22,7 @@ from .beam import (
     START,
     STIFFENING,
     TORSION,
+    TURNING,
 )
 from .scene import Scene
 from .schema import Link
@@ -48,6 +49,7 @@ def element_row(scene: Scene, link: Link, n: int, length: float, flexible: bool)
         row[INERTIA_Y], row[INERTIA_Z] = beam.density * s.iz, beam.density * s.iy
     elif effects.torsion:
         row[POLAR] = beam.density * (s.iy + s.iz)
+    row[TURNING] = 1.0 if stiffening(scene) else 0.0
     if not flexible:
         return row
     row[TORSION] = shear_modulus * s.j / length

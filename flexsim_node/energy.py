@@ -9,7 +9,7 @@ from . import (
     rigid_body,
     spatial_beam,
 )
-from .beam import LENGTH, MASS, STIFFENING, stiffening_energy
+from .beam import LENGTH, MASS, STIFFENING, TURNING, stiffening_energy
 from .chain import (
     BODIES,
     COUNT,
@@ -28,10 +28,12 @@ from .chain import (
     RATE,
     REVOLUTE,
     ROTOR,
+    SPIN,
     SPRING,
     Q,
 )
 from .co_moving import view
+from .flat import flat
 from .kernel import allocating_kernel
 from .kinematics import nodal_rates, place, spatial_row
 from .reduced import plane as planar_reduced_beam
@@ -45,7 +47,9 @@ from .reduced.layout import (
     WIDTH,
 )
 from .reduced.link import slope_energy
+from .reduced.turning import turning_energy as reduced_turning_energy
 from .spatial_kinematics import to_child
+from .spatial_strain import turning_energy
 
 
 @allocating_kernel
@@ -117,6 +121,8 @@ def reduced_coupling(reduction, dofs, chain, work, n, rate, w, coupling, inertia
         spatial_reduced_coupling.inertia_coupling(size, data, own, e, start, end, inertia)
     modal_energy(chain, work, n, d, rate, w, out)
     out[1] += slope_energy(size, data, own, d, first, len(dofs))[0]
+    if len(dofs) == 6:
+        out[1] += reduced_turning_energy(size, data, own, e, flat(d), first)
     return True
 
 
@@ -135,7 +141,7 @@ def energy_erls(chain, work, x, v, out):
     height = np.zeros(links)
     r, p, s = np.zeros(6), np.zeros(6), np.zeros(6)
     coupling, inertia = np.zeros((2 * b, b)), np.zeros((b, b))
-    body_coupling, full = np.zeros((6, 6)), np.zeros((6, 6))
+    body_coupling, full, own = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
     t = np.zeros((24, 3))
     out[:] = 0.0
     for n in range(links):
@@ -183,6 +189,8 @@ def energy_erls(chain, work, x, v, out):
                 spatial_row(d[i - 1], planar, p)
                 spatial_row(d[i], planar, r)
                 out[1] += stiffening_energy(e, p, r)
+                if e[TURNING] > 0.0:
+                    out[1] += turning_energy(e, p, r)
                 spatial_row(rate[i - 1], planar, s)
                 moved = p[4] * s[4] + p[5] * s[5]
                 along = s[0]
@@ -193,13 +201,15 @@ def energy_erls(chain, work, x, v, out):
             i = chain.body_place[k]
             spatial_row(d[i], planar, r)
             spatial_row(rate[i], planar, s)
-            rigid_body.inertia_coupling(chain.body[k], chain.place[i], r, body_coupling, full, t)
+            turning = chain.setting[SPIN]
+            rigid_body.inertia_coupling(chain.body[k], chain.place[i], r, turning, body_coupling, full, t)
+            rigid_body.own_mass(chain.body[k], r, turning, own, p, t)
             for h in range(6):
                 for j in range(6):
                     out[0] += w[h] * body_coupling[j, h] * s[j]
-            for h in range(b):
-                for j in range(b):
-                    out[0] += 0.5 * rate[i, h] * chain.body_mass[k, h, j] * rate[i, j]
+            for h in range(6):
+                for j in range(6):
+                    out[0] += 0.5 * s[h] * own[h, j] * s[j]
         for h in range(6):
             out[0] += 0.5 * full[h, h] * w[h] * w[h]
             for j in range(h + 1, 6):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from .chain import COUNT, DISPLACEMENT, FIRST, PARENT, ROTATION, TIP
+from .chain import COUNT, DISPLACEMENT, FIRST, PARENT, ROTATION, SPIN, TIP
 from .kernel import kernel
+from .section_turn import moment_on_row
 
 
 @kernel
@@ -40,15 +41,35 @@ def external_forces(chain, work):
             force[0] -= p0
             force[1] -= p1
             force[2] -= p2
-            force[3] -= m0
-            force[4] -= m1
-            force[5] -= m2
+            if chain.setting[SPIN] > 0.0:
+                f0, f1, f2 = moment_on_row(d[i, 3:6], m0, m1, m2)
+            else:
+                f0, f1, f2 = m0, m1, m2
+            force[3] -= f0
+            force[4] -= f1
+            force[5] -= f2
             wrench[0] -= p0
             wrench[1] -= p1
             wrench[2] -= p2
             wrench[3] -= m0 + y * p2 - z * p1
             wrench[4] -= m1 + z * p0 - x * p2
             wrench[5] -= m2 + x * p1 - y * p0
+
+
+@kernel
+def load_at(work, at):
+    """Put the loads at a fraction of the step in force, by the parabola through start, middle and end."""
+    if not (work.loaded[0] or work.loaded[1]):
+        return
+    p = 2.0 * (at - 0.5) * (at - 1.0)
+    q = 4.0 * at * (1.0 - at)
+    r = 2.0 * at * (at - 0.5)
+    course, external = work.course, work.external
+    for axes in range(2):
+        for n in range(external.shape[1]):
+            for k in range(6):
+                start, middle, end = course[0, axes, n, k], course[1, axes, n, k], course[2, axes, n, k]
+                external[axes, n, k] = p * start + q * middle + r * end
 
 
 @kernel

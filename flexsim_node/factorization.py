@@ -15,9 +15,11 @@ from . import (
     rigid_body,
     spatial_beam,
 )
-from .beam import STIFFENING
+from .beam import STIFFENING, TURNING
 from .chain import (
     BODIES,
+    BOW,
+    BOWED,
     COUNT,
     DISPLACEMENT,
     FIRST,
@@ -28,6 +30,8 @@ from .chain import (
     MOTOR,
     PARENT,
     PHI,
+    RELATIVE,
+    SPIN,
     Q,
 )
 from .co_moving import elimination, substitution
@@ -39,6 +43,7 @@ from .reduced import link as reduced_link
 from .reduced import plane as planar_reduced_beam
 from .reduced import space_coupling as spatial_reduced_coupling
 from .reduced.layout import MODES, TENSION, TENSIONS
+from .spatial_strain import iteration_turning
 
 
 @kernel
@@ -47,10 +52,25 @@ def set_scale(chain, work, stiffness, damping, spring):
     work.scale[0], work.scale[1], work.scale[2] = stiffness, damping, spring
     w = work.iteration
     for e in range(w.shape[0]):
+        # where strains turn, the whole stiffness changes with the configuration
+        constant = 0.0 if len(chain.dofs) == 6 and chain.element[e, TURNING] > 0.0 else stiffness
         for i in range(w.shape[1]):
             for k in range(w.shape[1]):
-                w[e, i, k] = chain.mass[e, i, k] + stiffness * chain.stiffness[e, i, k]
+                w[e, i, k] = chain.mass[e, i, k] + constant * chain.stiffness[e, i, k]
+    add_elastic_damping(chain.relative, chain, work, damping)
     set_modal_scale(chain.reduction, chain, work, stiffness)
+
+
+@kernel
+def add_elastic_damping(relative, chain, work, scale):
+    """Add scale times what Rayleigh's alpha has on the elements' nodes: most of damping.py's matrix."""
+    if len(relative) == 0:
+        return
+    w, factor = work.iteration, scale * chain.setting[RELATIVE]
+    for e in range(w.shape[0]):
+        for i in range(w.shape[1]):
+            for k in range(w.shape[1]):
+                w[e, i, k] += factor * chain.mass[e, i, k]
 
 
 @kernel
@@ -89,6 +109,18 @@ def fold(w, p, coefficient, b, size):
 
 
 @kernel
+def bowed_row(dependency, f, b, row):
+    """Write on what a rigid link's end depends along the link, with its start's slopes, into row."""
+    for k in range(2 * b):
+        row[k] = dependency[k]
+    if b == 3:
+        row[b + 2] -= f[BOW]
+    else:
+        row[b + 4] -= f[BOW]
+        row[b + 5] -= f[BOW + 1]
+
+
+@kernel
 def add_bodies(chain, work, n, i, w, at, b):
     """Add the rigid bodies on node i of link n, the one from row `at` on, to the front."""
     link = chain.link
@@ -99,21 +131,25 @@ def add_bodies(chain, work, n, i, w, at, b):
         coupling = work.row[:, 18:24]
         inertia = work.row[:, 24:30]
         inertia[:] = 0.0
-        r = work.row[0, 0:6]
+        r, turning = work.row[0, 0:6], chain.setting[SPIN]
         spatial_row(work.node[DISPLACEMENT, i], planar, r)
-        rigid_body.inertia_coupling(chain.body[m], chain.place[i], r, coupling, inertia, work.scratch)
+        rigid_body.inertia_coupling(
+            chain.body[m], chain.place[i], r, turning, coupling, inertia, work.scratch
+        )
+        own = work.row[:, 30:36]
+        rigid_body.own_mass(chain.body[m], r, turning, own, work.row[0, 6:12], work.scratch)
         for j in range(b):
             p = 5 if planar and j == 2 else j
             for k in range(b):
                 q = 5 if planar and k == 2 else k
                 w[at + j, 2 * b + k] += coupling[p, q]
                 if k >= j:
-                    w[at + j, at + k] += chain.body_mass[m, j, k]
+                    w[at + j, at + k] += own[p, q]
                     w[2 * b + j, 2 * b + k] += inertia[p, q]
 
 
 @kernel
-def element_terms(dofs, e, d, i, scale, coupling, row, scratch, w):
+def element_terms(dofs, e, d, i, scale, coupling, row, gradients, scratch, w):
     """Add to the front over (node i, node before, A) what of an element is not constant."""
     b = len(dofs)
     if len(dofs) == 3:
@@ -126,7 +162,9 @@ def element_terms(dofs, e, d, i, scale, coupling, row, scratch, w):
         spatial_beam.inertia_coupling(e, d, i, coupling, w[12:18, 12:18], scratch)
         if e[STIFFENING] > 0.0:
             spatial_beam.shift_mass(e, d, i, row, w)
-            if scale > 0.0:
+            if scale > 0.0 and e[TURNING] > 0.0:
+                iteration_turning(e, d[i - 1], d[i], scale, gradients, w)
+            elif scale > 0.0:
                 spatial_beam.iteration_stiffness(e, d, i, scale, row, w)
     for j in range(b):
         for k in range(b):
@@ -283,7 +321,8 @@ def factorize_erls(chain, work):
             m = link[n, FIRST_ELEMENT] + i - first - 1
             e = chain.element[m]
             if not reduced_terms(chain.reduction, chain.dofs, chain, work, n, w):
-                element_terms(chain.dofs, e, d, i, work.scale[0], work.coupling, work.row[4], work.scratch, w)
+                own, scratch = work.coupling, work.scratch
+                element_terms(chain.dofs, e, d, i, work.scale[0], own, work.row[4], work.gradient, scratch, w)
             full = work.iteration[m]
             for j in range(2 * b):
                 for k in range(j, 2 * b):
@@ -292,7 +331,11 @@ def factorize_erls(chain, work):
                 add_bodies(chain, work, n, i, w, 0, b)
             for p in range(b):
                 if index[i, p] < 0:
-                    fold(w, p, dependency[i, p], b, size)
+                    if p == 0 and chain.joint[n, BOWED] > 0.0:
+                        bowed_row(dependency[i, 0], work.kept[n], b, work.row[5])
+                        fold(w, 0, work.row[5], b, size)
+                    else:
+                        fold(w, p, dependency[i, p], b, size)
             if not eliminate_node(index, work, i, b):
                 return n + 1
         # a link without elements starts at its end
@@ -350,6 +393,10 @@ def solve_erls(chain, work, rhs, out):
             f[2 * b + k] = load[n, b + k]
         modal_loads(chain.reduction, chain, work, n, rhs, out, f)
         for i in range(first + count, first, -1):
+            if chain.joint[n, BOWED] > 0.0:
+                bowed_row(dependency[i, 0], work.kept[n], b, work.row[5])
+                for j in range(2 * b):
+                    f[j] += (work.row[5, j] - dependency[i, 0, j]) * f[0]
             for p in range(b):
                 if index[i, p] < 0:
                     for j in range(2 * b):
@@ -404,7 +451,7 @@ def solve_erls(chain, work, rhs, out):
         for k in range(2 * b):
             z[k] = 0.0
         if parent >= 0:
-            take_answer(chain, work, n, out, z, r, s, planar)
+            take_answer(chain, work, n, z, s, planar)
         moves = free(link, work.held, n)
         if moves or link[n, PHI] >= 0:
             joint_vectors(link[n, KIND], chain.joint, work.kept[n], n, b, phi_column, q_column)
@@ -450,6 +497,10 @@ def solve_erls(chain, work, rhs, out):
                     for j in range(2 * b):
                         total += dependency[i, p, j] * f[j]
                     f[p] = total
+            if chain.joint[n, BOWED] > 0.0:
+                bowed_row(dependency[i, 0], work.kept[n], b, work.row[5])
+                for j in range(b, 2 * b):
+                    f[0] += (work.row[5, j] - dependency[i, 0, j]) * f[j]
             for k in range(b):
                 f[b + k] = f[k]
         modal_answers(chain.reduction, chain, work, n, f, z, out)

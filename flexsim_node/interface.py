@@ -5,10 +5,10 @@ Frames are those that `factorize` kept.
 
 from __future__ import annotations
 
-from .chain import KIND, LEVER, PARENT, PRISMATIC, ROTATION, TIP
+from .chain import KIND, LEVER, PARENT, PRISMATIC, ROTATION, SLIDE_OVER, TURN_OVER
 from .flat import flat
 from .kernel import kernel
-from .spatial_kinematics import to_child, to_parent
+from .spatial_kinematics import over, over_back, to_child, to_parent
 from .weighted_sum import add_twelve_thrice, twelve_thrice
 
 
@@ -24,28 +24,27 @@ def turned_lever(f, l0, l1, l2, x, at):
 def hand_over(chain, work, n, z):
     """Add the symmetric z over (start node, A) of link n, both triangles, to its parent's interface.
 
-    It is C z C^T with C of the rotation E to the parent and the levers l: forces F, moments E M + l x E F.
+    It is C z C^T with C of the rotation E to the parent and the levers l: forces F, moments E M + l x E F; of
+    the start node's moments the transpose of what the joint makes of the parent's turn (joint_turn.py).
     """
     link, f, x, made, given = chain.link, work.kept[n], work.row[0], flat(work.square), flat(z)
     out = flat(work.interface[link[n, PARENT]])
     l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
     turned_lever(f, l0, l1, l2, x, 0)
     slides = link[n, KIND] == PRISMATIC
-    if slides:
-        turned_lever(f, l0 - chain.joint[link[n, PARENT], TIP], l1, l2, x, 9)
     for p in range(0, 144, 36):
-        twelve_thrice(3, f, ROTATION, 1, 3, given, p, 12, made, p, 12)
+        twelve_thrice(3, f, TURN_OVER if p == 36 else ROTATION, 1, 3, given, p, 12, made, p, 12)
     add_twelve_thrice(3, x, 0, 1, 3, given, 72, 12, made, 108, 12)
     if slides:
-        add_twelve_thrice(3, x, 9, 1, 3, given, 0, 12, made, 36, 12)
+        add_twelve_thrice(3, f, SLIDE_OVER, 1, 3, given, 0, 12, made, 36, 12)
     for i in range(12):
         for k in range(12):
             z[k, i] = work.square[i, k]
     for p in range(0, 144, 36):
-        add_twelve_thrice(3, f, ROTATION, 1, 3, given, p, 12, out, p, 12)
+        add_twelve_thrice(3, f, TURN_OVER if p == 36 else ROTATION, 1, 3, given, p, 12, out, p, 12)
     add_twelve_thrice(3, x, 0, 1, 3, given, 72, 12, out, 108, 12)
     if slides:
-        add_twelve_thrice(3, x, 9, 1, 3, given, 0, 12, out, 36, 12)
+        add_twelve_thrice(3, f, SLIDE_OVER, 1, 3, given, 0, 12, out, 36, 12)
 
 
 @kernel
@@ -99,27 +98,25 @@ def hand_load(chain, work, n, g, r, s, planar):
         load[4] += fy
         load[5] += g[5] + f[LEVER] * fy - f[LEVER + 1] * fx
         return
+    r[3], r[4], r[5] = over_back(f, TURN_OVER, g[3], g[4], g[5])
+    if link[n, KIND] == PRISMATIC:
+        x, y, z = over_back(f, SLIDE_OVER, g[0], g[1], g[2])
+        r[3], r[4], r[5] = r[3] + x, r[4] + y, r[5] + z
+    r[0], r[1], r[2] = over_back(f, ROTATION, g[0], g[1], g[2])
     for k in range(6):
-        r[k] = g[k]
         s[k] = g[6 + k]
-    to_parent(f, r)
     to_parent(f, s)
     l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
     s[3] += l1 * s[2] - l2 * s[1]
     s[4] += l2 * s[0] - l0 * s[2]
     s[5] += l0 * s[1] - l1 * s[0]
-    if link[n, KIND] == PRISMATIC:
-        l0 -= chain.joint[parent, TIP]
-        r[3] += l1 * r[2] - l2 * r[1]
-        r[4] += l2 * r[0] - l0 * r[2]
-        r[5] += l0 * r[1] - l1 * r[0]
     for k in range(6):
         load[k] += r[k]
         load[6 + k] += s[k]
 
 
 @kernel
-def take_answer(chain, work, n, out, z, r, s, planar):
+def take_answer(chain, work, n, z, s, planar):
     """Write the parent's part of (start node, A) of link n into z."""
     link, f = chain.link, work.kept[n]
     parent = link[n, PARENT]
@@ -132,19 +129,16 @@ def take_answer(chain, work, n, out, z, r, s, planar):
         z[3], z[4], z[5] = c * x + h * y, c * y - h * x, given[5]
         return
     for k in range(6):
-        r[k] = given[k]
         s[k] = given[6 + k]
     l0, l1, l2 = f[LEVER], f[LEVER + 1], f[LEVER + 2]
     s[0] += s[4] * l2 - s[5] * l1
     s[1] += s[5] * l0 - s[3] * l2
     s[2] += s[3] * l1 - s[4] * l0
-    if link[n, KIND] == PRISMATIC:
-        l0 -= chain.joint[parent, TIP]
-        r[0] += r[4] * l2 - r[5] * l1
-        r[1] += r[5] * l0 - r[3] * l2
-        r[2] += r[3] * l1 - r[4] * l0
-    to_child(f, r)
     to_child(f, s)
+    z[0], z[1], z[2] = over(f, ROTATION, given[0], given[1], given[2])
+    z[3], z[4], z[5] = over(f, TURN_OVER, given[3], given[4], given[5])
+    if link[n, KIND] == PRISMATIC:
+        x, y, w = over(f, SLIDE_OVER, given[3], given[4], given[5])
+        z[0], z[1], z[2] = z[0] + x, z[1] + y, z[2] + w
     for k in range(6):
-        z[k] = r[k]
         z[6 + k] = s[k]

@@ -5,7 +5,7 @@ The matrix is the symmetric z over (start node, A) that is left of a link; see f
 
 from __future__ import annotations
 
-from .chain import AXIS, BY_Q, DAMPER, FIXED, KIND, MOTOR, PHI, REVOLUTE, ROTOR, SPRING, VISCOUS
+from .chain import AXIS, BY_Q, DAMPER, FIXED, KIND, MOTOR, PHI, REVOLUTE, ROTOR, SPRING, TURN_AXIS, VISCOUS
 from .flat import flat
 from .kernel import kernel
 from .weighted_sum import add_later_rows, twelve_once
@@ -30,7 +30,7 @@ def joint_vectors(kind, joint, f, n, b, phi_column, q_column):
         return
     h = 9 if kind == REVOLUTE else 6
     for k in range(3):
-        phi_column[3 + k] = joint[n, AXIS + k]
+        phi_column[3 + k] = f[TURN_AXIS + k]
         q_column[k] = f[BY_Q + k]
         q_column[3 + k] = f[BY_Q + 3 + k]
         q_column[h + k] = joint[n, AXIS + k]
@@ -71,7 +71,7 @@ def own_pivot(chain, work, n):
     A motor's own angle is eliminated here, and leaves its inertia behind the spring.
     """
     joint = chain.joint
-    rotor = joint[n, ROTOR] + work.scale[1] * (joint[n, VISCOUS] + work.spring[n, 2])
+    rotor = joint[n, ROTOR] + work.scale[1] * joint[n, VISCOUS]
     if chain.link[n, MOTOR] < 0:
         return rotor
     spring = work.scale[2] * joint[n, SPRING] + work.scale[1] * joint[n, DAMPER]

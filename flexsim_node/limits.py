@@ -10,14 +10,19 @@ from .scene import Scene
 from .schema import Link
 from .section import section
 
+LEFT_OUT = 0.1  # of the stiffness, taken by loads of which the equations know nothing: a warning
+
 
 def watch_limits(scene: Scene) -> np.ndarray:
-    """(6, 2) of the scene's validity: warn and stop, infinite where there is none."""
+    """(7, 2) of the scene's validity: warn and stop, infinite where there is none."""
     v = scene.validity
     rows = [v.elastic_rotation, v.spin_ratio, v.correction, v.axial_load, v.erls_condition, v.mass_condition]
+    rows.append(v.load_stiffness)
     limits = np.array([[np.inf if x is None else x for x in (row.warn, row.stop)] for row in rows])
     if stiffening(scene):
         limits[1], limits[3, 1] = np.inf, np.inf
+    elif scene.formulation == "erls":
+        limits[6, 0] = min(limits[6, 0], LEFT_OUT)
     return limits
 
 

@@ -34,7 +34,8 @@ class Model:
     turn : (m,) unknown of the joint's own elastic rotation, or -1 (joint angle = q + that)
     motor : (m,) unknown of the motor's angle where a spring stands between it and the link, or -1
     zeroed : for each link the zeroed dofs, (node, dof) to a direction (6,) in beam axes
-    limits : (6, 2) where the validity watch warns and stops
+    limits : (7, 2) where the validity watch warns and stops
+    driven : names of the joints whose motion is prescribed
     decision : how the scene's open effects (`auto`) were decided; `scene` is the decided one
     """
 
@@ -54,6 +55,7 @@ class Model:
     motor: np.ndarray
     zeroed: list[dict[tuple[int, int], np.ndarray]]
     limits: np.ndarray
+    driven: tuple[str, ...] = ()
     decision: Decision | None = None
 
     @property
@@ -115,6 +117,7 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         motor=np.array(tables.motors, dtype=np.int64),
         zeroed=tables.zeroed,
         limits=tables.limits,
+        driven=driven,
         decision=decision,
     )
     condition = erls_condition(chain, tables.zeroed, scene.start("position"))

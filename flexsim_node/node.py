@@ -15,13 +15,18 @@ from diagnostic_msgs.msg import DiagnosticArray
 from flexsim_msgs.msg import ElasticLayout, ElasticState
 from flexsim_ros import (
     OF_ROS,
+    QUIT,
     SimulationServices,
+    SimulatorStatus,
+    StatusPublisher,
     declare_parameters,
     given_parameters,
     named,
+    others,
     run_node,
     spin_through,
 )
+from flexsim_ros.published_scene import scene_text
 from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock as RosClock
@@ -40,7 +45,7 @@ from . import conversions
 from .commands import CommandRefused, Commands
 from .integrators import METHODS
 from .link_motion import link_motion
-from .pace import PRIORITY, go_first, threads
+from .pace import PRIORITY, SECOND, go_first, threads
 from .realtime import Loop, Output
 from .robot_description import robot_description
 from .scene import Scene, SceneError, faults_from_text, load_scene
@@ -50,6 +55,8 @@ from .simulation import Simulation
 
 NAME = "flexsim_node"
 QUEUE = QoSProfile(depth=10)
+# Who only listens does not hold up the robot, and yet no state may be lost to one who is late.
+IN_LOCKSTEP = QoSProfile(depth=2000)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Jazzy's EventsExecutor does nothing when it waits without end.
 SPIN_PERIOD = 0.1
@@ -83,13 +90,18 @@ class FlexsimNode(Node):
         # What never changes goes out first: whoever waits for it need not wait for the kernels.
         self._layouts = self.create_publisher(ElasticLayout, "~/elastic_layout", LATCHED)
         self._descriptions = self.create_publisher(String, "robot_description", LATCHED)
+        self._scenes = self.create_publisher(String, "~/scene", LATCHED)
         self._layouts.publish(conversions.elastic_layout(robot.model))
         self._descriptions.publish(String(data=robot_description(self.scene)))
-        self._joints = self.create_publisher(JointState, "joint_states", QUEUE)
-        self._elastic = self.create_publisher(ElasticState, "~/elastic_state", QUEUE)
+        self._publish_scene(robot)
+        states = IN_LOCKSTEP if self.settings.mode == "lockstep" else QUEUE
+        self._joints = self.create_publisher(JointState, "joint_states", states)
+        self._elastic = self.create_publisher(ElasticState, "~/elastic_state", states)
         self._shape = self.create_publisher(PointCloud2, "~/deformed_shape", QUEUE)
         self._clocks = self.create_publisher(Clock, "/clock", QUEUE) if self.settings.publish_clock else None
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        self._status = StatusPublisher(self)
+        self._refusal = ""  # what was wrong with the last command that was refused
         self._sensors = self._sensor_outputs(robot)
         begun = time.monotonic()
         robot.warm()
@@ -115,6 +127,7 @@ class FlexsimNode(Node):
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self.publish_diagnostics, clock=steady)
         self._said_stopped = False
+        self._commanders: list[str] = []
         self.troubles = 0  # inputs that came to nothing
         for line in robot.model.decision.sentences() if robot.model.decision else ():
             self.get_logger().info(f"effects: {line}")
@@ -123,6 +136,20 @@ class FlexsimNode(Node):
             f"step {self.timing.step:g} s, {self.settings.mode}; "
             f"kernels ready in {time.monotonic() - begun:.1f} s"
         )
+
+    def _publish_scene(self, robot: Simulation, now: int = 0, ticks: int = 0) -> None:
+        """Say what is simulated, whole: its file may be changed, or be another one elsewhere."""
+        told = scene_text(
+            NAME,
+            robot.scene.model_dump(),
+            {name: getattr(self.settings, name) for name in meanings()},
+            overrides=self.settings.override,
+            effects=robot.model.decision.sentences() if robot.model.decision else (),
+            file=self.settings.scene,
+            since=now / SECOND,
+            ticks=ticks,
+        )
+        self._scenes.publish(String(data=told))
 
     def _sensor_outputs(self, robot: Simulation) -> list[Output]:
         """Publishers of the scene's sensors: before the joint states, for who waits for those."""
@@ -196,6 +223,7 @@ class FlexsimNode(Node):
             if not self.loop.put(check(*words)):
                 raise self.commands.too_many()
         except CommandRefused as refused:
+            self._refusal = str(refused)
             self.get_logger().warning(
                 f"refused a command on {topic} ({self.commands.refused.total()} in all): {refused}",
                 throttle_duration_sec=1.0,
@@ -207,6 +235,7 @@ class FlexsimNode(Node):
         try:
             load = self.commands.load(link, values)
         except CommandRefused as refused:
+            self._refusal = str(refused)
             self.get_logger().warning(f"refused a load on ~/wrench: {refused}", throttle_duration_sec=1.0)
             return
         self.loop.ask(lambda: self.loop.robot.apply(link, load))
@@ -239,6 +268,7 @@ class FlexsimNode(Node):
             self._clocks = self.create_publisher(Clock, "/clock", QUEUE)
         self.loop.command_timeout = given.command_timeout
         self.loop.outputs = self._outputs()
+        self._publish_scene(self.loop.robot, self.loop.time, self.loop.ticks)
         return SetParametersResult(successful=True)
 
     def _set_faults(self, scene: Scene) -> None:
@@ -251,12 +281,29 @@ class FlexsimNode(Node):
                 raise RuntimeError(f"the robot did not answer within {ANSWER_TIMEOUT:g} s") from None
             done.result()
 
+    def say_status(self, phase: str = "") -> None:
+        """Tell whoever waits for the robot whether its time goes on; `phase` where it is not the loop's."""
+        loop, resets = self.loop, self.loop.resets  # first: a stop that is told is never of an earlier run
+        phase, refused = phase or loop.phase, self.commands.refused.total()
+        self._status.say(
+            SimulatorStatus(
+                phase, loop.trouble, loop.time / SECOND, resets, refused, self._refusal, self.scene.name
+            )
+        )
+
     def publish_diagnostics(self, *, last: bool = False) -> None:
         """Say how it goes; the last time wait a moment until it is heard."""
         report = self.loop.report
+        commanders = others(self, self._command_topics)
         message = conversions.diagnostics(
-            report, self.commands, self.scene.name, self.settings.mode, self.troubles
+            report, self.commands, self.scene.name, self.settings.mode, self.troubles, commanders
         )
+        if commanders and commanders != self._commanders:
+            self.get_logger().warning(
+                f"{len(commanders)} publish commands: {', '.join(commanders)};"
+                " the latest holds, whoever sent it"
+            )
+        self._commanders = commanders
         if self.loop.robot.model.decision is not None:
             decision = self.loop.robot.model.decision
             message.status.append(conversions.effects_status(decision, self.scene.name))
@@ -315,9 +362,11 @@ def run(node: FlexsimNode, asked: list[int]) -> int:
     try:
         while not (asked or node.simulation.quit_asked or node.loop.ended.is_set()):
             node.troubles += bool(spin_through(node, executor, SPIN_PERIOD))
+            node.say_status()
     finally:
         node.loop.stop()
         spin_through(node, executor, LAST_ANSWERS)
+        node.say_status(QUIT)
         node.publish_diagnostics(last=True)
         node.simulation.close()
         executor.shutdown()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .chain import DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION
+from .chain import DISPLACEMENT, FIRST, LEVER, PARENT, ROTATION, SPIN
 from .co_moving import view
 from .kernel import kernel
 from .kinematics import place, spatial_row
 from .reduced.layout import MODES
 from .reduced.link import recover
+from .section_turn import rotation_vector
 
 
 @kernel
@@ -59,6 +60,8 @@ def observe_erls(chain, work, axes, shown, station, position, rigid_position, di
                     p[3 + 3 * i + k] = f[ROTATION + 3 * i + k]
         for i in range(shown[n], shown[n + 1]):
             shown_displacement(chain.reduction, chain, work, n, i - shown[n], r)
+            if chain.setting[SPIN] > 0.0:
+                rotation_vector(r[3:6], r[3:6])
             for k in range(3):
                 rigid_position[i, k] = p[k] + p[3 + 3 * k] * station[i]
                 position[i, k] = rigid_position[i, k]

@@ -14,6 +14,7 @@ from .beam import (
     SHEAR_Z,
     START,
     STIFFENING,
+    TURNING,
     bending_force,
     hermite,
     hermite_mass,
@@ -111,6 +112,12 @@ def inertia_force(e, frame, d, v, a, i, alpha, coriolis, spin, force, wrench):
         middle = (0.25 - 0.75 * s) * gx1
         t1 += middle - gx0
         t2 += middle - gx2
+        if e[TURNING] > 0.0:
+            # to second order the director is (-phi, 1 - phi^2 / 2), half at each end (section_turn.py)
+            j *= 0.5
+            t1 += j * square * m0
+            t2 += j * square * m2
+            moment -= j * (turn * (m0 * m0 + m2 * m2) + two * (m0 * r0 + m2 * r2))
     force[i - 1, 1] += w1
     force[i - 1, 2] += t1
     force[i, 1] += w2
@@ -212,6 +219,8 @@ def inertia_coupling(e, d, i, coupling, inertia):
         middle = (0.25 - 0.75 * s) * j * 2.0 / 3.0
         t1 += j / 6.0 - middle
         t2 += j / 6.0 - middle
+        if e[TURNING] > 0.0:
+            second -= 0.5 * j * (m0 * m0 + m2 * m2)
     inertia[2, 2] += second
     half, twelfth = 0.5 * mass, mass * length / 12.0
     coupling[0, 0] = half

@@ -9,6 +9,8 @@ from .chain import (
     ANGLE,
     ANGULAR,
     AXIS,
+    BOW,
+    BOWED,
     BY_Q,
     COUNT,
     DISPLACEMENT,
@@ -59,6 +61,10 @@ def place(chain, work, x):
                 rz += joint[n, AXIS + 2] * x[link[n, PHI]]
         d[first, 0], d[first, 1], d[first, 2] = ux, uy, rz
         own_nodes(chain, n, x, d)
+        if joint[n, BOWED] > 0.0:
+            # half the squared slope pulls a rigid link's end back
+            frame[n, BOW] = joint[n, BOWED] * rz
+            d[first + link[n, COUNT], 0] -= 0.5 * frame[n, BOW] * rz
 
 
 @kernel
@@ -90,6 +96,11 @@ def nodal_rates(chain, work, y, rows, quadratic, v):
                 rz += axis * y[link[n, PHI]]
         rows[first, 0], rows[first, 1], rows[first, 2] = ux, uy, rz
         own_nodes(chain, n, y, rows)
+        if joint[n, BOWED] > 0.0:
+            back = frame[n, BOW] * rz
+            if quadratic:
+                back += joint[n, BOWED] * rate[first, 2] ** 2
+            rows[first + link[n, COUNT], 0] -= back
 
 
 @kernel
@@ -121,6 +132,8 @@ def gather(chain, work, out):
     force, wrench = work.force, work.wrench
     for n in range(link.shape[0] - 1, -1, -1):
         parent, first = link[n, PARENT], link[n, FIRST]
+        if joint[n, BOWED] > 0.0:
+            force[first, 2] -= frame[n, BOW] * force[first + link[n, COUNT], 0]
         fold_forces(chain, n, force, out)
         fx, fy, m = force[first, 0], force[first, 1], force[first, 2]
         if link[n, KIND] != FIXED:

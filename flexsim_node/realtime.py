@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from .acceleration import OK
+from .acceleration import NOT_VALID, OK
+from .envelope import Envelope
 from .pace import SECOND, Histogram, Pace, go_first, sleep_finely
 from .report import Report
 from .simulation import Simulation
@@ -107,7 +108,11 @@ class Loop:
         self.period = period
         self.command_timeout = command_timeout
         self._account = Account(Report(), robot.watch, robot.watch.so_far(), "")
+        decision = robot.model.decision
+        self._scope = None if decision is None else decision.envelope
+        self._left = ""  # what has left the envelope that effects were decided over
         self.failure: Exception | None = None
+        self.resets = 0  # to the first state
         self.pace = Pace(round(steps * robot.step_size * SECOND))
         self._check_every = max(1, round(LOOK_PERIOD / (steps * robot.step_size)))
         self.ended = threading.Event()
@@ -125,6 +130,8 @@ class Loop:
         self._thread = threading.Thread(target=self._run, name="stepping", daemon=True)
         self._paused = False
         self._job: Job | None = None
+        self._starved = ""  # why the last job's steps were not taken
+        self._begun = False  # whether the first state has been shown
         self._offset = 0  # ns of stamps before the last reset
         self._taken = 0  # steps since then
         self._index = 0  # ticks since then
@@ -146,6 +153,11 @@ class Loop:
     def time(self) -> int:
         """Simulated time, ns; counted in whole steps, so that it does not drift."""
         return self._offset + round(self._taken * self.robot.step_size * SECOND)
+
+    @property
+    def ticks(self) -> int:
+        """How many there were since the start, over all resets."""
+        return self._ticks
 
     @property
     def report(self) -> Report:
@@ -170,6 +182,16 @@ class Loop:
     def trouble(self) -> str:
         """Why the solver has stopped, or nothing."""
         return "" if self.robot.status == OK else f"the solver has stopped: {self.robot.reason}"
+
+    @property
+    def hindrance(self) -> str:
+        """Why steps can't be taken now, or nothing."""
+        return self.trouble
+
+    @property
+    def shortage(self) -> str:
+        """Why fewer steps were taken than were asked for the last time, or nothing."""
+        return self.trouble or self._starved
 
     def start(self) -> None:
         """Begin to step."""
@@ -223,6 +245,7 @@ class Loop:
             if not self._paused:
                 raise RuntimeError("the robot is not paused; pause it before you step")
             self._end_job()
+            self._starved = ""
             self._job = Job(done, count, progress, time.monotonic())
             if count == 0 or self.trouble:
                 self._end_job()
@@ -244,8 +267,10 @@ class Loop:
             if state:
                 self._forget_commands()
                 self.robot.reset()
+                self._left = ""
                 self._taken = self._index = 0
                 self._in_force = self._zero
+                self.resets += 1
             stamp = 0 if time else now
             self._offset += stamp - self.time
             self._next_report = 0  # the last one is of another state
@@ -373,9 +398,12 @@ class Loop:
             self._welcome()
             self._take_report(time.monotonic_ns())
             if self._job is not None and time.monotonic() - self._job.since > COMMAND_PATIENCE:
+                self._starved = f"no command came within {COMMAND_PATIENCE:g} s"
                 self._end_job()
             return
         if torque is not None:
+            if not self._begun:  # commands that came early: their first state is still shown first
+                self._publish(everything=True)
             self._tick(torque)
 
     def _command(self) -> np.ndarray:
@@ -404,6 +432,8 @@ class Loop:
                 break
             self._step_time.add(time.monotonic_ns() - before)
             self._taken += 1
+        if self._scope is not None and not self._left and robot.status == OK:
+            self._look_at_scope(self._scope)
         self._index += 1
         self._ticks += 1
         due = self._ticks % self._check_every == 0
@@ -418,6 +448,16 @@ class Loop:
             self._count(self._job)
         if now >= self._next_report or robot.status != OK:
             self._take_report(now)
+
+    def _look_at_scope(self, scope: Envelope) -> None:
+        """Tell at once, or end, when the motion leaves what effects were decided over."""
+        robot = self.robot
+        q, v = robot.model.shown(robot.x), robot.model.shown(robot.v)
+        self._left = scope.beyond(self._taken * robot.step_size, q, v, robot.torque[2])
+        if self._left:
+            self._next_report = 0
+            if robot.scene.auto.beyond == "stop":
+                robot.status = NOT_VALID
 
     def _count(self, job: Job) -> None:
         """A job is done when its control periods are, or its progress says so, or the solver stops."""
@@ -438,11 +478,18 @@ class Loop:
     def _publish(self, *, everything: bool = False) -> None:
         """Publish what is due."""
         stamp = self.time
+        self._begun = True
         for output in self.outputs:
             if everything or self._index % output.every == 0:
                 output.publish(stamp)
 
-    def _phase(self) -> str:
+    @property
+    def _ended_by_scope(self) -> bool:
+        return bool(self._left) and self.robot.status != OK and self.robot.scene.auto.beyond == "stop"
+
+    @property
+    def phase(self) -> str:
+        """What it does now: waiting, running, paused, or stopped by the solver."""
         if self.robot.status != OK:
             return "stopped"
         if self._paused:
@@ -451,7 +498,7 @@ class Loop:
         return "running" if started else "waiting"
 
     def _take_report(self, now: int) -> None:
-        if now < self._next_report and not self._since and self._account.report.phase == self._phase():
+        if now < self._next_report and not self._since and self._account.report.phase == self.phase:
             return
         self._next_report = now + REPORT_PERIOD
         tick = self.steps * self.robot.step_size
@@ -463,8 +510,8 @@ class Loop:
         overruns = self.pace.overruns
         loops, watch = self.robot.singularity, self.robot.watch
         report = Report(
-            phase=self._phase(),
-            status=self.robot.reason,
+            phase=self.phase,
+            status=self._left if self._ended_by_scope else self.robot.reason,
             time=self.time / SECOND,
             real_time_factor=simulated / moving if moving else 0.0,
             recent_factor=(simulated - last_simulated) / recent if recent else 0.0,
@@ -478,7 +525,7 @@ class Loop:
             energy=(kinetic, elastic, gravitational),
             conditioning=loops.worst if loops else None,
         )
-        self._account = Account(report, watch, watch.so_far(), loops.warning if loops else "")
+        self._account = Account(report, watch, watch.so_far(), self._left or (loops.warning if loops else ""))
         if self.robot.status == OK:
             watch.clear()
         if loops is not None:

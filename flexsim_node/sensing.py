@@ -6,8 +6,19 @@ by the displacements of the two nodes beside it.
 
 from __future__ import annotations
 
-from .attitude import quaternion, turn_matrix, turn_rate
-from .beam import AXIAL, BEND_Y, BEND_Z, COLUMNS, LENGTH, SHEAR_Y, SHEAR_Z, START, squared_slope
+from .attitude import quaternion, section_spin, section_turn
+from .beam import (
+    AXIAL,
+    BEND_Y,
+    BEND_Z,
+    COLUMNS,
+    LENGTH,
+    SHEAR_Y,
+    SHEAR_Z,
+    START,
+    STIFFENING,
+    squared_slope,
+)
 from .chain import (
     ACCELERATION,
     ALPHA,
@@ -17,9 +28,12 @@ from .chain import (
     FIRST,
     FIRST_ELEMENT,
     RATE,
+    RELATIVE,
+    SPIN,
 )
 from .co_moving import station as co_moving_station
 from .co_moving.view import carrier_pose
+from .damping import elastic_rates
 from .dynamics import residual
 from .flat import flat
 from .kernel import kernel
@@ -28,7 +42,8 @@ from .reduced import plane as planar_reduced_beam
 from .reduced import space as spatial_reduced_beam
 from .reduced.layout import CENTRELINE, LINE, MODES, PIECES, TENSIONS
 from .reduced.link import elongation, recover
-from .station import interpolate, point_acceleration, section_forces, take_part
+from .section_turn import rotation_vector, rotation_vector_rate
+from .station import interpolate, point_acceleration, section_forces, slopes, take_part
 
 STRAIN_GAUGE, IMU, POSE, SECTION_FORCE = range(4)
 # columns of the sensors' integer and real tables
@@ -38,8 +53,12 @@ XI, PLACE, Y, Z = range(4)
 
 @kernel
 def orientation(axes, pose, turn, t, out):
-    """Quaternion of the sensor's axes: the link's frame, turned by `turn` (3, 3) in beam axes; t (6, 3)."""
+    """Quaternion of the sensor's axes: the link's frame, turned by `turn` (3, 3) in beam axes; t (6, 3).
+
+    Of the two that there are it is the one nearer to the last reading, which is still in out.
+    """
     a, b = t[0:3], t[3:6]
+    x, y, z, w = out[0], out[1], out[2], out[3]
     for i in range(3):
         for k in range(3):
             a[i, k] = 0.0
@@ -51,6 +70,9 @@ def orientation(axes, pose, turn, t, out):
             for m in range(3):
                 b[i, k] += a[i, m] * axes[k, m]
     quaternion(b, out)
+    if x * out[0] + y * out[1] + z * out[2] + w * out[3] < 0.0:
+        for k in range(4):
+            out[k] = -out[k]
 
 
 @kernel
@@ -69,7 +91,7 @@ def in_link_axes(axes, vector, out):
 
 @kernel
 def beam_element(reduction, chain, n, m, e):
-    """Write the row of element m (of a reduced link, by its number within link n) into e (13,)."""
+    """Write the row of element m (of a reduced link, by its number within link n) into e (14,)."""
     if len(reduction) == 0:
         for k in range(COLUMNS):
             e[k] = chain.element[m, k]
@@ -153,7 +175,7 @@ def station_pose(co, chain, work, n, i, link_pose, out):
 
 @kernel
 def station_section(chain, work, integers, reals, s, frame, e, t):
-    """Sensor s: motion (9,) of its frame, its element e (13,), nodal rows and what follows from them into t.
+    """Sensor s: motion (9,) of its frame, its element e (14,), nodal rows and what follows from them into t.
 
     t (30, 6): rows 10 to 15 of the nodes (displacement, rate, acceleration), 16 to 18 of the section, 19 its
     place.
@@ -178,6 +200,15 @@ def station_section(chain, work, integers, reals, s, frame, e, t):
         spatial_row(work.node[RATE, i], planar, dv)
         spatial_row(work.node[ACCELERATION, i], planar, da)
     c[0], c[1], c[2] = c[0] + d[0], d[1], d[2]
+    turn_section(chain.co_moving, chain, d[3:6], dv[3:6])
+
+
+@kernel
+def turn_section(co, chain, turn, rate):
+    """Make the rotational entries of a row and of its rate (3,) those of the section's rotation vector."""
+    if len(co) == 0 and chain.setting[SPIN] > 0.0:
+        rotation_vector_rate(turn, rate, rate)
+        rotation_vector(turn, turn)
 
 
 @kernel
@@ -243,10 +274,10 @@ def read_motion(chain, work, integers, reals, axes, pose, t, values):
         out = values[integers[s, OUT] :]
         station_section(chain, work, integers, reals, s, frame, e, t)
         station_pose(chain.co_moving, chain, work, n, integers[s, NODE], pose[n], at)
-        turn_matrix(d[3:6], turn)
+        section_turn(d, turn)
         if kind == IMU:
             in_section_axes(turn, frame[0:3], f)
-            turn_rate(d[3:6], dv[3:6], w)
+            section_spin(d, dv, w)
             for k in range(3):
                 w[k] += f[k]
             in_link_axes(axes[n], w, out[0:3])
@@ -267,49 +298,83 @@ def read_stress(chain, work, integers, reals, setting, whole, t, load, values):
     """Read the sensors of strains and stress resultants into values."""
     frame, e, turn = work.row[5], work.row[4], work.scratch[0:3]
     rows, rates, accelerations = t[10:12], t[12:14], t[14:16]
-    d, f, w, resultant, beyond = t[16], t[20], t[21], t[22:25], t[25]
+    d, f, resultant, beyond = t[16], t[20], t[22:25], t[25]
     for s in range(integers.shape[0]):
         kind, n, i, m = integers[s, KIND], integers[s, LINK], integers[s, NODE], integers[s, ELEMENT]
         if kind != STRAIN_GAUGE and kind != SECTION_FORCE:
             continue
         xi, out = reals[s, XI], values[integers[s, OUT] :]
+        balanced = whole and (kind == SECTION_FORCE or chain.reduced[n, MODES] >= 0)
         station_section(chain, work, integers, reals, s, frame, e, t)
-        if m >= 0:
+        if m >= 0 and not (balanced and kind == SECTION_FORCE):
             section_forces(
                 e, frame, rows, rates, accelerations, setting, xi, t, load, work.scratch, resultant
             )
+        if balanced:
+            force_beyond(chain.co_moving, chain, work, n, i, m, frame, setting, xi, t, load, beyond)
+            section_turn(d, turn)
+            turn_back(turn, beyond, f)
         if kind == STRAIN_GAUGE:
+            if balanced:
+                for k in range(6):
+                    resultant[0, k], resultant[2, k] = beyond[k] - setting[BETA] * resultant[1, k], 0.0
             out[0] = strain(e, integers[s, STRAINED:], reals[s, Y], reals[s, Z], resultant)
             continue
-        if whole:
-            force_beyond(chain.co_moving, chain, work, n, i, m, frame, setting, xi, t, load, beyond)
-            turn_matrix(d[3:6], turn)
-            in_section_axes(turn, beyond[0:3], f)
-            in_section_axes(turn, beyond[3:6], w)
-            for k in range(3):
-                beyond[k], beyond[3 + k] = f[k], w[k]
+        if not balanced:
+            for k in range(6):
+                beyond[k] = resultant[0, k] + setting[BETA] * resultant[1, k] + resultant[2, k]
+            if e[STIFFENING] > 0.0:
+                # the axial force lies along the frame, what is across it has left the shear forces
+                y, z = slopes(e, rows, xi)
+                beyond[1] += beyond[0] * y
+                beyond[2] += beyond[0] * z
+            section_turn(d, turn)
+            turn_back(turn, beyond, f)
         for k in range(6):
-            if integers[s, STRAINED + k] == 1:
-                out[k] = resultant[0, k] + setting[BETA] * resultant[1, k] + resultant[2, k]
-            else:
-                out[k] = beyond[k]
+            out[k] = beyond[k]
 
 
 @kernel
-def sense(chain, work, integers, reals, setting, axes, pose, x, v, a, whole, torque, rhs, t, load, values):
-    """Read every sensor into values; `whole`: the forces of the whole robot are needed.
+def with_damping(relative, chain, work, v, a):
+    """Accelerations whose inertia loads the links as accelerations a and Rayleigh's alpha at rates v do."""
+    if len(relative) == 0:
+        return a
+    out = work.vector[0]
+    elastic_rates(chain, v, out)
+    for i in range(out.size):
+        out[i] = a[i] + chain.setting[RELATIVE] * out[i]
+    return out
+
+
+@kernel
+def turn_back(turn, wrench, f):
+    """Turn a force and moment (6,) from the frame's axes into those of a turned section, in place; f (3,)."""
+    for at in range(0, 6, 3):
+        in_section_axes(turn, wrench[at : at + 3], f)
+        for k in range(3):
+            wrench[at + k] = f[k]
+
+
+@kernel
+def sense(
+    chain, work, integers, reals, setting, axes, pose, x, v, a, felt, whole, torque, rhs, t, load, values
+):
+    """Read every sensor into values, of motion with the accelerations `felt` (n,), of stress with a (n,).
+
+    `whole`: the forces of the whole robot are needed.
 
     setting is the chain's, but for what co-moving frames hold by themselves; torque (m,), rhs (n,), t (30, 6)
     and load (9,) are scratch.
     """
     place(chain, work, x)
-    free_accelerations(chain.co_moving, chain, v, a, rhs)
+    free_accelerations(chain.co_moving, chain, v, felt, rhs)
     accelerate(chain, work, v, rhs)
     read_motion(chain, work, integers, reals, axes, pose, t, values)
+    loaded = with_damping(chain.relative, chain, work, v, a)
     if whole:
-        residual(chain, work, x, v, a, torque, rhs)
+        residual(chain, work, x, v, loaded, torque, rhs)
     else:
-        accelerate(chain, work, v, a)
+        accelerate(chain, work, v, loaded)
     read_stress(chain, work, integers, reals, setting, whole, t, load, values)
 
 

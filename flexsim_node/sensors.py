@@ -6,21 +6,22 @@
     section_force   force and moment that the part beyond puts on the part before
 
 Sensor axes are those of the link's frame, turned with the section; forces and moments stand in beam axes,
-turned with the section.  Quaternions are (x, y, z, w) with w not negative.
+turned with the section.  Quaternions are (x, y, z, w); w is not negative in the first reading, and
+from reading to reading they go on without a jump of sign.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .acceleration import acceleration
 from .chain import ALPHA, COUNT, FIRST, FIRST_ELEMENT, SPIN, Workspace
+from .end_acceleration import end_acceleration
 from .model import Model
 from .observation import Observation
 from .reduced.layout import MODES
 from .scene import SceneError
 from .schema import Sensor
-from .sensing import IMU, KIND, POSE, SECTION_FORCE, STRAIN_GAUGE, STRAINED, sense
+from .sensing import IMU, KIND, LINK, POSE, SECTION_FORCE, STRAIN_GAUGE, STRAINED, sense
 
 TYPES = {"strain_gauge": STRAIN_GAUGE, "imu": IMU, "pose": POSE, "section_force": SECTION_FORCE}
 SIZES = (1, 10, 7, 6)
@@ -59,14 +60,21 @@ class Sensors:
         }
         for row, (sensor, out) in enumerate(zip(scene.sensors, ends[:-1], strict=True)):
             self._set_up(row, sensor, int(out))
-        # stress resultants that strains don't tell (rigid links, effects that are off) are those of what is
-        # beyond, which takes the forces of the whole robot
-        resultants = self._integers[:, KIND] == SECTION_FORCE
-        self._whole = bool(np.any(self._integers[resultants, STRAINED:] == 0))
-        if self._whole and scene.loops:
+        # stress resultants are those of what is beyond, which takes the forces of the whole robot; so are
+        # gauges' where few modes tell little of strains.  Beyond a section of a loop is the section itself.
+        kinds, reduced = self._integers[:, KIND], model.chain.reduced[self._integers[:, LINK], MODES] >= 0
+        resultants, gauges = kinds == SECTION_FORCE, (kinds == STRAIN_GAUGE) & reduced
+        self._whole = bool(np.any(resultants | gauges)) and not scene.loops
+        if scene.loops and np.any(self._integers[resultants, STRAINED:] == 0):
             raise SceneError(
                 f"{scene.name}: sensors: a section_force on a rigid link, or of an effect that is off, is"
                 " what all beyond the section needs, which loops leave open; make link and effects flexible"
+            )
+        if scene.loops and np.any((resultants | gauges) & reduced):
+            name = self.names[int(np.flatnonzero((resultants | gauges) & reduced)[0])]
+            raise SceneError(
+                f"{scene.name}: sensors: {name} is on a reduced link, where strains are what all beyond the"
+                " section needs, which loops leave open; keep that link's elements (its `reduction: false`)"
             )
         self._integrals, self._scratch, self._rows = np.zeros(9), np.zeros((30, 6)), np.zeros(model.unknowns)
         self._still = np.zeros(model.joints)
@@ -113,8 +121,23 @@ class Sensors:
         """What the numbers of a sensor are called."""
         return LETTERS[TYPES[self.kinds[name]]]
 
-    def look(self, view: Observation, work: Workspace, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
-        """Read the sensors at unknowns x (n,), rates v and accelerations a; `view` has looked at x."""
+    def begin(self) -> None:
+        """Begin a run: quaternions have no reading before."""
+        self.buffer[:] = 0.0
+
+    def look(
+        self,
+        view: Observation,
+        work: Workspace,
+        x: np.ndarray,
+        v: np.ndarray,
+        a: np.ndarray,
+        felt: np.ndarray | None = None,
+    ) -> None:
+        """Read the sensors at unknowns x (n,), rates v and accelerations a; `view` has looked at x.
+
+        An IMU reads the accelerations `felt` where they are given (end_acceleration.py).
+        """
         if not self.names:
             return
         sense(
@@ -128,6 +151,7 @@ class Sensors:
             x,
             v,
             a,
+            a if felt is None else felt,
             self._whole,
             self._still,
             self._rows,
@@ -150,5 +174,5 @@ class Sensors:
         Held joints take theirs from a.
         """
         if self.names:
-            acceleration(self.model.chain, work, x, v, torque, a)
+            end_acceleration(self.model.chain, work, x, v, torque, 0.0, a)
             self.look(view, work, x, v, a)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from .acceleration import OK
-from .effects import Decision
+from .effects import Decision, everything_open_on
 from .integrators.adaptive import Adaptive
+from .jumps import SLACK, Jumps, Piece, torque_jumps
 from .scene import Scene
 from .simulation import Simulation, joint_index
 from .torque_profile import torque_profile
@@ -75,6 +76,8 @@ def simulate(
     sample_period: float | None = None,
     prescribed: Motion | None = None,
     wrench: Wrench | None = None,
+    jumps: Iterable[float] = (),
+    exact_faults: bool = False,
 ) -> Run:
     """Simulate a scene for `duration` seconds, as fast as it goes.
 
@@ -86,8 +89,13 @@ def simulate(
     sample_period : s between samples; the scene's step where None.  Steps are as long as the scene says,
         shortened so that a whole number of them makes a period
     wrench : link name to a callable t -> (6,), force (N) and moment (N m) on that link's end along the axes
-        of its frame; `base:` before the name takes the base's axes.  Over a step it is that of its middle
+        of its frame; `base:` before the name takes the base's axes
     prescribed : joint name to a callable t -> (position, velocity, acceleration) that the joint follows
+    jumps : s, where a torque, a wrench or a prescribed motion given as a callable jumps: a step ends there,
+        with what was before, and the next begins with what is after.  Those of the scene's own torques are
+        known
+    exact_faults : whether faults begin, end and deliver commands at their instants, by dividing steps, rather
+        than with the next whole step as in the node
 
     Raises
     ------
@@ -102,19 +110,25 @@ def simulate(
         raise ValueError(f"sample_period {sample_period!r}; give seconds, more than zero")
     prescribed = dict(prescribed or {})
     substeps = max(1, int(np.ceil(period / step - 1e-9)))
+    given, jumps = torque, tuple(jumps)
+    cuts = Jumps([*jumps, *(torque_jumps(scene) if torque is None else ())])
     torque = torque_profile(scene) if torque is None else torque
-    robot = Simulation(scene, period / substeps, tuple(prescribed))
+    planar = False if _leave_the_plane(wrench, duration, period / substeps) else None
+    robot = Simulation(scene, period / substeps, tuple(prescribed), planar, exact_faults)
     samples = int(np.floor(duration / period + 1e-9)) + 1
     m = robot.model.joints
     applied = _torque_function(torque, m, period, robot)
     motion = _motion_function(scene, prescribed, robot)
     loads = [(name.removeprefix("base:"), name.startswith("base:"), f) for name, f in (wrench or {}).items()]
 
-    def load(t: float) -> None:
+    def load(*times: float) -> None:
+        """Put the loads of a time, or of a step's start, middle and end, on the links."""
         for name, base, given in loads:
-            robot.apply(name, given(t), base)
+            values = [given(t) for t in times]
+            robot.apply(name, values[0] if len(times) == 1 else np.array(values), base)
 
     robot.motion[:] = motion(0.0)
+    load(0.0)
     trouble = ""
     if prescribed:
         robot.follow_motion()
@@ -126,6 +140,9 @@ def simulate(
             raise ValueError(f"{robot.method} has no fixed steps for faults to count; give another method")
         smooth = not isinstance(torque, np.ndarray)
         adaptive = Adaptive(robot.model, robot.work, robot.method, applied, motion, load, smooth)
+        adaptive.begin(cuts.after(0.0))
+        robot.torque[:] = applied(0.0)
+        robot.prepare()
     elif robot.faults is not None:
         robot.command(applied(0.0))
         robot.prepare()
@@ -134,7 +151,6 @@ def simulate(
         robot.torque[:] = applied(0.0)
         robot.prepare()
         robot.warm()
-    load(0.0)
     robot.watch.clear()
     next_look = 0.0
     view = robot.look()
@@ -151,6 +167,8 @@ def simulate(
     h = robot.step_size
     taken = kept = 0
     near: tuple[str, ...] = ()
+    decision = robot.model.decision
+    scope, left = (None if decision is None else decision.envelope), ""
     constant = torque is None or isinstance(torque, np.ndarray)
     for k in range(samples):
         view = robot.look()
@@ -159,8 +177,6 @@ def simulate(
         link_end[k], node_position[k] = view.link_end, view.position
         rigid_position[k], displacement[k] = view.rigid_position, view.displacement
         if readings:
-            if adaptive is not None:
-                robot.torque[2], robot.motion[2] = torques[k], motion(times[k])
             for name, value in robot.sense().items():
                 readings[name][k] = value
         energy[k] = robot.energy().sum()
@@ -179,39 +195,69 @@ def simulate(
             break
         for n in range(substeps):
             t = times[k] + n * h
-            load(t + 0.5 * h)
-            if adaptive is not None:
-                begin = time.perf_counter()
-                status = adaptive.step(robot.x, robot.v, t, h)
-                if robot.singularity is not None:
-                    robot.singularity.look(robot.work)
-            else:
-                if robot.faults is not None:
-                    # a command a sample, as a controller of that period sends it
-                    if n == 0 and k > 0:
-                        robot.command(applied(t))
-                    if n == 0:
-                        torques[k] = robot.torque[0]
-                elif constant:
+            whole = robot.faults.step + 1 if robot.faults is not None else 0.0
+            if robot.faults is not None:
+                # a command a sample, as a controller of that period sends it
+                if n == 0 and k > 0:
+                    robot.command(applied(t))
+                if n == 0:
+                    torques[k] = robot.torque[0]
+            waiting = cuts.pieces(t, h)
+            while waiting:
+                piece = waiting.pop(0)
+                if robot.faults is not None and exact_faults:
+                    piece, rest = _until_change(piece, robot, whole, h)
+                    waiting[:0] = rest
+                ends = piece.begin, piece.begin + 0.5 * piece.length, piece.end
+                load(*ends)
+                if robot.faults is None and constant:
                     robot.torque[:] = applied(t)
-                else:
-                    robot.torque[0] = applied(t)
-                    robot.torque[1], robot.torque[2] = applied(t + 0.5 * h), applied(t + h)
+                elif robot.faults is None:
+                    for row, instant in enumerate(ends):
+                        robot.torque[row] = applied(instant)
                 if prescribed:
-                    robot.motion[0], robot.motion[1] = motion(t), motion(t + 0.5 * h)
-                    robot.motion[2] = motion(t + h)
+                    for row, instant in enumerate(ends):
+                        robot.motion[row] = motion(instant)
                 if not (np.all(np.isfinite(robot.torque)) and np.all(np.isfinite(robot.motion))):
                     trouble = "a torque or a prescribed motion is not finite; look at its function"
                     break
+                length = None if piece.length == h else piece.length
                 begin = time.perf_counter()
-                status = robot.step()
-            step_time[taken] = time.perf_counter() - begin
-            taken += 1
-            if status != OK:
-                robot.status = status
+                if adaptive is not None:
+                    robot.note_step()
+                    if piece.jumped:
+                        adaptive.begin(cuts.after(piece.begin))
+                    status = adaptive.step(robot.x, robot.v, piece.begin, piece.length)
+                    if robot.singularity is not None:
+                        robot.singularity.look(robot.work)
+                else:
+                    status = robot.step(length, piece.jumped)
+                step_time[taken] += time.perf_counter() - begin
+                if status != OK:
+                    robot.status = status
+                    break
+            if trouble:
                 break
-        if trouble or robot.status != OK:
+            taken += 1
+            if robot.status != OK:
+                break
+            if scope is not None and not left:
+                effort = torques[k] if adaptive is not None else robot.torque[2]
+                left = scope.beyond(t + h, robot.model.shown(robot.x), robot.model.shown(robot.v), effort)
+                if left and scene.auto.beyond != "warn":
+                    break
+        if trouble or robot.status != OK or (left and scene.auto.beyond != "warn"):
             break
+    if left and decision is not None and scene.auto.beyond == "switch_on":
+        # From its start, so that no motion is made of two robots.
+        on = everything_open_on(scene)
+        again = simulate(on, given, duration, sample_period, prescribed, wrench, jumps, exact_faults)
+        said = f"{left}; beyond is switch_on: run again with them"
+        return replace(again, warnings=(said, *again.warnings), decision=decision)
+    if left and scene.auto.beyond == "stop":
+        trouble = left
+    elif left:
+        near = (left, *near)
     if robot.status != OK:
         trouble = robot.reason
     reason = f"stopped at {robot.time:.6g} s: {trouble}" if trouble else "ok"
@@ -234,6 +280,32 @@ def simulate(
         robot.model.node_names,
         {name: (r[:kept, 0] if r.shape[1] == 1 else r[:kept]) for name, r in readings.items()},
         robot.model.decision,
+    )
+
+
+def _until_change(piece: Piece, robot: Simulation, whole: float, h: float) -> tuple[Piece, list[Piece]]:
+    """The part of a piece until a fault begins, ends or delivers, and what is left of it.
+
+    whole : steps since the first state at the end of the step that the piece is of; h : s, of that step
+    """
+    assert robot.faults is not None
+    change = robot.faults.next_change()
+    until = (change - robot.faults.step) * h
+    # what changed before this piece counts from its start: the method begins anew there
+    piece = replace(piece, jumped=piece.jumped or robot.faults.changed)
+    if change > whole - SLACK or until > piece.length - SLACK * h:
+        return piece, []
+    cut = piece.begin + until
+    return replace(piece, end=cut, length=until), [Piece(cut, piece.end, piece.length - until, False)]
+
+
+def _leave_the_plane(wrench: Wrench | None, duration: float, step: float) -> bool:
+    """Whether loads on the links' ends leave, at any step's start, the plane of a planar robot."""
+    times = np.arange(0.0, duration + 0.5 * step, step)
+    return any(
+        np.any(np.asarray(given(float(t)), dtype=float).reshape(-1)[2:5] != 0.0)
+        for given in (wrench or {}).values()
+        for t in times
     )
 
 

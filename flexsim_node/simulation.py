@@ -11,8 +11,9 @@ from .assembly import Assembly
 from .by_reference import by_reference
 from .chain import Robot, Workspace, workspace
 from .dofs import is_planar
+from .end_acceleration import Jumps, end_accelerations
 from .energy import energy
-from .faults import Faults, payload_scenes
+from .faults import SLACK, Faults, payload_scenes
 from .integrators import METHODS
 from .kernel import entry
 from .model import Model, build_model
@@ -34,11 +35,14 @@ class Simulation:
     status : 0, or a key of acceleration.REASONS; a failed step leaves the last good state
     torque : (3, m) at start, middle and end of the coming step, N m (N for prismatic joints)
     motion : (3, 3, m) prescribed position, velocity, acceleration of held joints at the same times
+    load : (3, 2, L, 6) forces and moments on the links' ends at the same times, N and N m, in beam axes and
+        in base axes
     faults : what comes between commands and torques and between joints and sensors, or None
     """
 
     model: Model
     work: Workspace
+    sensors: Sensors
 
     def __init__(
         self,
@@ -46,8 +50,9 @@ class Simulation:
         step: float | None = None,
         held: tuple[str, ...] = (),
         planar: bool | None = None,
+        exact_faults: bool = False,
     ) -> None:
-        self.held, self.planar = held, planar
+        self.held, self.planar, self.exact_faults = held, planar, exact_faults
         self.step_size = float(scene.solver.step if step is None else step)
         self.method = scene.solver.method
         self.option = float(scene.solver.spectral_radius)
@@ -55,12 +60,15 @@ class Simulation:
         self.limit = np.array([j.effort_limit or np.inf for j in scene.joints])
         m = len(scene.joints)
         self.torque, self.motion = np.zeros((3, m)), np.zeros((3, 3, m))
+        links = len(scene.links)
+        self._torques, self._loads = Jumps(m), Jumps(12 * links)
+        self._fresh, self._courses = True, False
         self.energies = np.zeros(3)
         self.faults: Faults | None = None
         self._plants = self._build(scene)
         self.scene = scene = scene.model_copy(update={"effects": self._plants[0][1].scene.effects})
         n = self._plants[0][1].unknowns
-        self.x, self.v, self._acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
+        self.x, self.v, self._acceleration = np.zeros(n), np.zeros(n), np.zeros((2, n))
         self._tie()
         self.assembly: Assembly | None = None
         self.singularity: Singularity | None = None
@@ -68,12 +76,12 @@ class Simulation:
         self.time = 0.0
         self.status = OK
         if scene.faults:
-            self.faults = Faults(scene, self.step_size, self.limit)
+            self.faults = Faults(scene, self.step_size, self.limit, exact_faults)
         self.reset()
 
-    def _build(self, scene: Scene) -> list[tuple[int, Model]]:
+    def _build(self, scene: Scene) -> list[tuple[float, Model]]:
         """Models for each payload that the scene's faults bring, and the steps from which on they hold."""
-        variants = payload_scenes(scene, self.step_size)
+        variants = payload_scenes(scene, self.step_size, self.exact_faults)
         planar = self.planar
         if planar is None and len(variants) > 1:
             planar = all(is_planar(variant) for _, variant in variants)
@@ -92,17 +100,26 @@ class Simulation:
         first = workspace(self._plants[0][1].chain)
         if hasattr(self, "work"):
             first.external[:], first.loaded[:] = self.work.external, self.work.loaded
+            first.course[:] = self.work.course
+        self.load = first.course
         self._robots = []
         for _, model in self._plants:
             # what acts from outside, and what was seen, are the same whatever the robot carries
             work = workspace(
-                model.chain, external=first.external, loaded=first.loaded, validity=first.validity
+                model.chain,
+                external=first.external,
+                course=first.course,
+                loaded=first.loaded,
+                validity=first.validity,
             )
             for name in self.held:
                 work.held[model.joint_links[joint_index(self.scene, name)]] = True
             robot = by_reference(Robot(model.chain, work, self.x, self.v, self.torque, self.motion))
-            watch = ValidityWatch(model, first.validity)
-            self._robots.append((model, work, robot, Observation(model), Sensors(model), watch))
+            watch = ValidityWatch(model, first.validity, external=first.external, loaded=first.loaded)
+            # readings leave what the step keeps alone
+            reading = workspace(model.chain, held=work.held) if model.scene.sensors else work
+            look = Observation(model)
+            self._robots.append((model, work, robot, look, Sensors(model), reading, watch))
         if self.method in METHODS:
             # of one type, whatever they carry
             self.advance = entry(METHODS[self.method].step, robot, self.step_size, self.option, False)
@@ -110,7 +127,11 @@ class Simulation:
 
     def _take_plant(self, k: int) -> None:
         self._plant = k
-        (self.model, self.work, self.arrays, self.view, self.sensors, self.watch) = self._robots[k]
+        read = self.sensors.buffer if hasattr(self, "sensors") else 0.0
+        (self.model, self.work, self.arrays, self.view, self.sensors, self._reading, self.watch) = (
+            self._robots[k]
+        )
+        self.sensors.buffer[:] = read  # quaternions go on from it
         self._check: Generator[None] | None = None
 
     def set_faults(self, scene: Scene) -> None:
@@ -131,17 +152,17 @@ class Simulation:
             self._begin_with(plants[0][1])
         self._plants, self.scene = plants, scene
         steps = self.faults.step if self.faults else round(self.time / self.step_size)
-        self.faults = Faults(scene, self.step_size, self.limit) if scene.faults else None
+        self.faults = Faults(scene, self.step_size, self.limit, self.exact_faults) if scene.faults else None
         self._tie()
         if self.faults is not None:
-            self.faults.begin(steps, self.torque[2])
+            self.faults.begin(round(steps), self.torque[2])
             self._change_payload()
         self.prepare()
 
     def _change_payload(self) -> bool:
         """Take the model that holds from the coming step on; whether it is another."""
         assert self.faults is not None
-        now = self.faults.step
+        now = self.faults.step + SLACK
         k = max(k for k, (step, _) in enumerate(self._plants) if step <= now)
         changed = k != self._plant
         if changed:
@@ -163,6 +184,7 @@ class Simulation:
         self.status = OK
         self.prepare()
         self.watch.clear()
+        self.sensors.begin()
         self._check = None
 
     def assemble(self) -> None:
@@ -209,6 +231,9 @@ class Simulation:
         """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""
         if self.advance is not None:
             self.status = self.advance(self.arrays, self.step_size, self.option, True)
+        self._torques.begin(self.torque[0])
+        self._loads.begin(self.load[0].ravel())
+        self._fresh = True
 
     def warm(self) -> None:
         """Compile (or load) everything a step needs, leaving the state as it is."""
@@ -223,7 +248,8 @@ class Simulation:
         self.x[:], self.v[:] = x, v
         self.time, self.status = time, OK
         self.prepare()
-        self.watch.look(self.x)
+        self.watch.look(self.x, self.v, self.work.arrival)
+        self.sensors.begin()
         self.work.validity[:] = seen
 
     def command(self, torque: np.ndarray) -> None:
@@ -239,49 +265,79 @@ class Simulation:
         """Put a force and moment (6,), N and N m, on a link's end from the next step on, for the last ones.
 
         They are along the axes of the link's frame, or of the base's with `base`.  None takes all loads off.
+        A load (3, 6) is that at start, middle and end of the next step; after it that at its end holds.
         """
         work = self.work
         if link is None:
-            work.external[:] = 0.0
-            work.loaded[:] = False
-            return
-        n = link_index(self.scene, link)
-        given = np.zeros(6) if load is None else np.asarray(load, dtype=float)
-        if given.shape != (6,) or not np.all(np.isfinite(given)):
-            raise ValueError(f"{self.scene.name}: load {load!r} on {link}; give six finite values, N and N m")
-        rows = given.reshape(2, 3)
-        work.external[1 if base else 0, n] = (rows if base else rows @ self.model.axes[n]).ravel()
-        work.loaded[:] = np.any(work.external != 0.0, axis=(1, 2))
+            self.load[:] = 0.0
+        else:
+            n = link_index(self.scene, link)
+            given = np.zeros(6) if load is None else np.asarray(load, dtype=float)
+            if given.shape not in ((6,), (3, 6)) or not np.all(np.isfinite(given)):
+                raise ValueError(
+                    f"{self.scene.name}: load {load!r} on {link}; give six finite values, N and N m"
+                )
+            if self.model.planar and np.any(given.reshape(-1, 6)[:, [2, 3, 4]] != 0.0):
+                raise ValueError(
+                    f"{self.scene.name}: load {load!r} on {link} leaves the plane in which the robot moves;"
+                    " give forces along x and y and moments about z, or build Simulation(..., planar=False)"
+                )
+            rows = given.reshape(-1, 2, 3)
+            rows = rows if base else rows @ self.model.axes[n]
+            self.load[:, 1 if base else 0, n] = rows.reshape(-1, 6)
+            self._courses |= given.ndim == 2
+        work.external[:] = self.load[0]
+        work.loaded[:] = np.any(self.load != 0.0, axis=(0, 2, 3))
 
-    def step(self) -> int:
-        """Advance by one step with the torque and motion at hand.  Returns the status."""
+    def step(self, length: float | None = None, jumped: bool = False) -> int:
+        """Advance by one step with the torque and motion at hand.  Returns the status.
+
+        length : s, of a part of a step; the whole where None
+        jumped : whether torque or motion is another than the last step ended with: the method begins anew
+        """
         assert self.advance is not None
-        faults = self.faults
+        faults, h, part = self.faults, self.step_size, 1.0
+        if length is not None:
+            h, part = length, length / self.step_size
         if faults is not None:
-            faults.drive(self.torque)
-            if self._change_payload():
-                self.prepare()
-        self.status = self.advance(self.arrays, self.step_size, self.option, False)
+            faults.drive(self.torque, part)
+            jumped = self._change_payload() or jumped
+        if jumped:
+            self.status = self.advance(self.arrays, h, self.option, True)
+            if self.status != OK:
+                return self.status
+        self.status = self.advance(self.arrays, h, self.option, False)
         if self.status == OK:
-            self.time += self.step_size
+            self.time += h
+            self.note_step()
             if self.singularity is not None:
                 self.singularity.look(self.work)
             if faults is not None:
-                faults.advance()
+                faults.advance(part)
         elif self.status != NOT_VALID and self.singularity is not None and self.singularity.now < NEAR:
             self.status = LOOP_OPEN
         return self.status
 
+    def note_step(self) -> None:
+        """Tell the sensors of a step that was taken under the torque and loads at hand."""
+        if self.sensors.names:
+            self._torques.step(self.torque[0], self.torque[2])
+            self._loads.step(self.load[0].ravel(), self.load[2].ravel())
+            self._fresh = False
+        if self._courses:  # given for one step, now held
+            self.load[:2] = self.load[2]
+            self._courses = False
+
     def check(self) -> bool:
         """Look at what the watch does not see in every step; False, and a status, where a limit is passed."""
-        if self.status == OK and not self.watch.look(self.x):
+        if self.status == OK and not self.watch.look(self.x, self.v, self.work.arrival):
             self.status = NOT_VALID
         return self.status == OK
 
     def glance(self, begin: bool) -> None:
         """Check bit by bit, a bit a call, for who has deadlines; `begin` a check unless one is under way."""
         if begin and self._check is None:
-            self._check = self.watch.glances(self.x.copy())
+            self._check = self.watch.glances(self.x.copy(), self.v.copy(), self.work.arrival.copy())
         if self._check is not None and next(self._check, True):
             self._check = None
             if self.status == OK and self.watch.beyond:
@@ -301,16 +357,22 @@ class Simulation:
     def sense(self) -> dict[str, np.ndarray]:
         """Readings of the scene's sensors by name (see sensors.py), in buffers that the next call overwrites.
 
-        Accelerations are those that the method carries, in which frequencies that the step does not resolve
-        are damped; of a method that carries none, those of the equations under the torque at the step's end.
+        Of what the step resolves accelerations are those of the equations at this state, under the loads in
+        force; of loads that are held and jump from step to step, under the mean of before and after the jump
+        (end_acceleration.py).  Frequencies that the step does not resolve are damped in them.
         """
         if self.sensors.names:
-            view = self.look()
-            if self.method in METHODS and METHODS[self.method].CARRIES_ACCELERATION:
-                self.sensors.look(view, self.work, self.x, self.v, self.work.memory)
-            else:
-                self._acceleration[self.model.turned] = self.motion[2, 2]
-                self.sensors.look_exactly(view, self.work, self.x, self.v, self.torque[2], self._acceleration)
+            method = METHODS.get(self.method)
+            smoothing = 0.0 if method is None else method.SMOOTHING
+            a, felt = self._acceleration
+            a[:] = 0.0 if smoothing == 0.0 else self.work.arrival
+            if smoothing == 0.0:
+                a[self.model.turned] = self.motion[0 if self._fresh else 2, 2]
+            end_accelerations(
+                self.model, self._reading, self.x, self.v, self._torques, self._loads,
+                None if smoothing is None else smoothing * self.step_size, self._fresh, a, felt,
+            )  # fmt: skip
+            self.sensors.look(self.look(), self._reading, self.x, self.v, a, felt)
         return self.sensors.values
 
     def energy(self) -> np.ndarray:

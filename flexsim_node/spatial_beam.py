@@ -20,6 +20,7 @@ from .beam import (
     START,
     STIFFENING,
     TORSION,
+    TURNING,
     bending_force,
     hermite,
     hermite_mass,
@@ -30,6 +31,8 @@ from .beam import (
     squared_slope,
 )
 from .kernel import kernel
+from .section_turn import section_coupling, section_load
+from .spatial_strain import add_stress, slopes, strain_rates, strains, stresses
 
 
 @kernel
@@ -249,6 +252,14 @@ def inertia_force(e, frame, d, v, a, i, alpha, coriolis, spin, force, wrench, t)
             moment[k, 1] = fz[k, 0]
             moment[k, 2] = -fy[k, 0]
         spread_rotation(e, moment, force[i - 1], force[i])
+        if e[TURNING] > 0.0:
+            # what they turn to second order, half at each end
+            jy, jz = 0.5 * e[INERTIA_Y] * e[LENGTH], 0.5 * e[INERTIA_Z] * e[LENGTH]
+            for k in range(i - 1, i + 1):
+                f0, f1, f2 = section_load(jy, jz, frame, coriolis, d[k, 3:6], v[k, 3:6], a[k, 3:6], wrench)
+                force[k, 3] += f0
+                force[k, 4] += f1
+                force[k, 5] += f2
     elif e[POLAR] > 0.0:
         # the section's spin about the beam alone: T = rho I_p (omega_x + phi_x')^2 / 2
         turning = w0 + (0.5 * (v[i - 1, 3] + v[i, 3]) if coriolis else 0.0)
@@ -280,36 +291,51 @@ def axial_force(e, d, i):
 def elastic_force(e, d, i, force):
     """Add the elastic forces of the nodal displacements d to the nodal forces."""
     p, r, fp, fr = d[i - 1], d[i], force[i - 1], force[i]
-    length = e[LENGTH]
+    if e[TURNING] > 0.0:
+        at = slopes(e, p, r)
+        add_stress(e, at, stresses(e, *strains(e, *at)), 1.0, fp, fr)
+    else:
+        linear_force(e, p, r, 1.0, fp, fr)
     tension = e[AXIAL] * (r[0] - p[0])
-    torque = e[TORSION] * (r[3] - p[3])
-    y0, y1, y2, y3 = bending_force(e[BEND_Z], p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
-    z0, z1, z2, z3 = bending_force(e[BEND_Y], p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
     if e[STIFFENING] > 0.0:
+        length = e[LENGTH]
         my, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
         mz, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
         tension += 0.5 * e[AXIAL] * length * (my + mz)
-        pull = tension * length
-        y0 += pull * a0
-        y1 += pull * a1
-        y2 += pull * a2
-        y3 += pull * a3
-        z0 += pull * b0
-        z1 += pull * b1
-        z2 += pull * b2
-        z3 += pull * b3
+        add_pull(tension * length, a0, a1, a2, a3, b0, b1, b2, b3, fp, fr)
     fp[0] -= tension
+    fr[0] += tension
+
+
+@kernel
+def linear_force(e, p, r, scale, fp, fr):
+    """Add scale times the forces of bending and torsion of the nodal rows p, r to fp, fr."""
+    torque = scale * e[TORSION] * (r[3] - p[3])
+    y0, y1, y2, y3 = bending_force(scale * e[BEND_Z], p[1], p[5], r[1], r[5], e[LENGTH], e[SHEAR_Z])
+    z0, z1, z2, z3 = bending_force(scale * e[BEND_Y], p[2], -p[4], r[2], -r[4], e[LENGTH], e[SHEAR_Y])
     fp[1] += y0
     fp[2] += z0
     fp[3] -= torque
     fp[4] -= z1
     fp[5] += y1
-    fr[0] += tension
     fr[1] += y2
     fr[2] += z2
     fr[3] += torque
     fr[4] -= z3
     fr[5] += y3
+
+
+@kernel
+def add_pull(pull, a0, a1, a2, a3, b0, b1, b2, b3, fp, fr):
+    """Add what a tension does on the squared slope, by half its gradients a in y and b in z."""
+    fp[1] += pull * a0
+    fp[2] += pull * b0
+    fp[4] -= pull * b1
+    fp[5] += pull * a1
+    fr[1] += pull * a2
+    fr[2] += pull * b2
+    fr[4] -= pull * b3
+    fr[5] += pull * a3
 
 
 @kernel
@@ -319,38 +345,22 @@ def stiffness_product(e, d, y, i, scale, force):
     The stiffness is the tangent without the axial force's own (geometric) part, as in iteration_stiffness.
     """
     p, r, yp, yr, fp, fr = d[i - 1], d[i], y[i - 1], y[i], force[i - 1], force[i]
-    length = e[LENGTH]
+    if e[TURNING] > 0.0:
+        at = slopes(e, p, r)
+        add_stress(e, at, stresses(e, *strain_rates(e, at, slopes(e, yp, yr))), scale, fp, fr)
+    else:
+        linear_force(e, yp, yr, scale, fp, fr)
     tension = e[AXIAL] * (yr[0] - yp[0])
-    torque = scale * e[TORSION] * (yr[3] - yp[3])
-    y0, y1, y2, y3 = bending_force(e[BEND_Z], yp[1], yp[5], yr[1], yr[5], length, e[SHEAR_Z])
-    z0, z1, z2, z3 = bending_force(e[BEND_Y], yp[2], -yp[4], yr[2], -yr[4], length, e[SHEAR_Y])
     if e[STIFFENING] > 0.0:
+        length = e[LENGTH]
         _, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
         _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
         rate = a0 * yp[1] + a1 * yp[5] + a2 * yr[1] + a3 * yr[5]
         rate += b0 * yp[2] - b1 * yp[4] + b2 * yr[2] - b3 * yr[4]
         tension += e[AXIAL] * length * rate
-        pull = tension * length
-        y0 += pull * a0
-        y1 += pull * a1
-        y2 += pull * a2
-        y3 += pull * a3
-        z0 += pull * b0
-        z1 += pull * b1
-        z2 += pull * b2
-        z3 += pull * b3
+        add_pull(scale * tension * length, a0, a1, a2, a3, b0, b1, b2, b3, fp, fr)
     fp[0] -= scale * tension
-    fp[1] += scale * y0
-    fp[2] += scale * z0
-    fp[3] -= torque
-    fp[4] -= scale * z1
-    fp[5] += scale * y1
     fr[0] += scale * tension
-    fr[1] += scale * y2
-    fr[2] += scale * z2
-    fr[3] += torque
-    fr[4] -= scale * z3
-    fr[5] += scale * y3
 
 
 @kernel
@@ -461,6 +471,10 @@ def inertia_coupling(e, d, i, coupling, inertia, t):
             moment[j, 1] = -qz[j, 1]
             moment[j, 2] = qy[j, 1]
         spread_rotation(e, moment, coupling[0:6, 5], coupling[6:12, 5])
+        if e[TURNING] > 0.0:
+            jy, jz = 0.5 * e[INERTIA_Y] * length, 0.5 * e[INERTIA_Z] * length
+            section_coupling(jy, jz, d[i - 1, 3:6], coupling[3:6, 3:6], inertia)
+            section_coupling(jy, jz, d[i, 3:6], coupling[9:12, 3:6], inertia)
     elif e[POLAR] > 0.0:
         half = 0.5 * e[POLAR] * length
         coupling[3, 3] += half

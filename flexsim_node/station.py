@@ -27,6 +27,7 @@ from .beam import (
     START,
     STIFFENING,
     TORSION,
+    TURNING,
     hermite,
     middle_rotation,
     shift,
@@ -34,6 +35,8 @@ from .beam import (
 )
 from .chain import ALPHA, BETA, CORIOLIS, SPIN
 from .kernel import kernel
+from .spatial_strain import slopes as nodal_slopes
+from .spatial_strain import strain_rates, strains
 
 GAUSS = 0.3872983346207417  # sqrt(3/5)/2; three points, exact to the fifth degree
 
@@ -204,6 +207,17 @@ def constitutive(e, rows, xi, out):
 
 
 @kernel
+def turned_resultants(e, strain, xi, out):
+    """Write bending, shear and torsion of the five strains (spatial_strain.py, T7) at xi into out (6,)."""
+    a_z, d_z, a_y, d_y, twist = strain
+    along = 6.0 * (2.0 * xi - 1.0)
+    d_z, d_y = (1.0 - e[SHEAR_Z]) * d_z, (1.0 - e[SHEAR_Y]) * d_y
+    out[1], out[2] = 12.0 * e[BEND_Z] * d_z / e[LENGTH], 12.0 * e[BEND_Y] * d_y / e[LENGTH]
+    out[3] = e[TORSION] * twist
+    out[4], out[5] = -e[BEND_Y] * (a_y - along * d_y), e[BEND_Z] * (a_z - along * d_z)
+
+
+@kernel
 def section_forces(e, frame, rows, rates, accelerations, setting, xi, t, load, scratch, out):
     """Stress resultants at xi on the positive face, section axes, into out (3, 6).
 
@@ -215,6 +229,10 @@ def section_forces(e, frame, rows, rates, accelerations, setting, xi, t, load, s
     elastic, viscous, between = out[0], out[1], out[2]
     constitutive(e, rows, xi, elastic)
     constitutive(e, rates, xi, viscous)
+    if e[TURNING] > 0.0:
+        at = nodal_slopes(e, rows[0], rows[1])
+        turned_resultants(e, strains(e, *at), xi, elastic)
+        turned_resultants(e, strain_rates(e, at, nodal_slopes(e, rates[0], rates[1])), xi, viscous)
     between[:] = 0.0
     start, end, wrench = t[7], t[8], t[9]
     t[7:10] = 0.0

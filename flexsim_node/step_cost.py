@@ -18,10 +18,16 @@ STEPS = 25  # of one turn
 
 @dataclass(frozen=True)
 class Cost:
-    """A step's time, s, and how many times it is that of the first scene in the same round (medians)."""
+    """A step's time, s, and how many times it is that of the first scene in the same round (medians).
+
+    spread : of the ratio, half of the interval that holds the true median nineteen times in twenty
+        (McGill, Tukey & Larsen, The American Statistician 32 (1978) 12: 1.57 interquartile ranges over the
+        root of the number of rounds)
+    """
 
     step: float
     ratio: float
+    spread: float = 0.0
 
 
 def step_costs(
@@ -56,10 +62,13 @@ def step_costs(
         for name, robot in robots.items():
             times[name].append(turn(robot, drive))
     first = np.array(next(iter(times.values())))
-    return {
-        name: Cost(float(np.median(values)), float(np.median(np.array(values) / first)))
-        for name, values in times.items()
-    }
+    found = {}
+    for name, values in times.items():
+        ratios = np.array(values) / first
+        low, middle, high = np.quantile(ratios, [0.25, 0.5, 0.75])
+        spread = 1.57 * (high - low) / np.sqrt(len(ratios))
+        found[name] = Cost(float(np.median(values)), float(middle), float(spread))
+    return found
 
 
 def start(robot: Simulation, drive: Callable[[float], np.ndarray] | None) -> None:

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from .aligned import aligned
-from .beam import COLUMNS, START, STIFFENING
+from .beam import COLUMNS, START, STIFFENING, TURNING
 from .by_reference import by_reference
 from .chain import (
     ANGLE,
     AXIS,
     BENDING,
     BODIES,
+    BOWED,
     BUCKLING,
     COULOMB,
     COULOMB_SPEED,
@@ -56,6 +57,7 @@ class Tables:
         self.both = self.dofs + [6 + k for k in self.dofs]
         self.co_moving = scene.formulation == "co_moving"
         self.at_chords = scene.erls.zeroed in ("chord", "auto") and not driven and not self.co_moving
+        self.turning = stiffening(scene) and not self.co_moving
         rooted = scene.model_copy(update={"erls": Erls(zeroed="root")})
         self.zeroed = zeroed_directions(rooted if self.co_moving else scene, driven)
         self.limits = watch_limits(scene)
@@ -65,7 +67,7 @@ class Tables:
         self.coordinates = self.unknowns = self.joints + springs
 
         self.link = np.zeros((links, 10), dtype=np.int64)
-        self.joint = np.zeros((links, 16))
+        self.joint = np.zeros((links, 17))
         self.rotation = np.zeros((links, 3, 3, 3))
         self.axes = np.zeros((links, 3, 3))
         self.elements: list[np.ndarray] = []
@@ -122,6 +124,8 @@ class Tables:
             self.rotation[n, k] = before.T @ SPIN[k] @ inside
         row = self.joint[n]
         row[TIP] = length
+        flexible = link.flexible and link.beam is not None
+        row[BOWED] = length if self.turning and not flexible else 0.0
         row[AXIS : AXIS + 3] = inside[2]
         row[PARENT_AXIS : PARENT_AXIS + 3] = before[2]
         row[ANGLE] = link.dh.theta
@@ -195,10 +199,10 @@ class Tables:
     def _add_element(self, link: Link, i: int, step: float, flexible: bool, reduced: bool) -> None:
         values = element_row(self.scene, link, i, step, flexible)
         if reduced:
-            values[STIFFENING] = 0.0
+            values[STIFFENING] = values[TURNING] = 0.0
         mass, stiffness = (matrix[np.ix_(self.both, self.both)] for matrix in element_matrices(values))
         if self.co_moving:
-            values[START] = 0.0
+            values[START] = values[TURNING] = 0.0
             mass, stiffness = own_matrix(mass), own_matrix(stiffness)
         self.elements.append(values)
         self.masses.append(mass)
@@ -233,16 +237,21 @@ class Tables:
         """The compiled kernels' arrays, which nothing changes any more."""
         scene, effects, b = self.scene, self.scene.effects, len(self.dofs)
         gravity = np.array(scene.gravity) if effects.gravity else np.zeros(3)
-        rayleigh = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
+        alpha, beta = (scene.damping.alpha, scene.damping.beta) if effects.damping else (0.0, 0.0)
+        thesis = scene.damping.alpha_form == "thesis"
+        rayleigh, relative = (alpha if thesis else 0.0, beta), 0.0 if thesis else alpha
         spins = stiffening(scene)
         closing, anchor = closing_equations(scene, self.axes, self.planar)
         size = b if self.co_moving else 2 * b
+        rubbing = [n for n in self.joint_links if self.joint[n, COULOMB] > 0.0]
         reduced, modal = reduced_links(self.reductions, len(scene.links), self.dofs)
         chain = Chain(
             dofs=tuple(self.dofs),
             loops=(len(scene.loops),) if scene.loops else (),
             co_moving=(1,) if self.co_moving else (),
             reduction=(1,) if self.reductions else (),
+            relative=(1,) if relative > 0.0 else (),
+            coulomb=(len(rubbing),) if rubbing else (),
             link=self.link,
             joint=self.joint,
             rotation=self.rotation,
@@ -256,13 +265,15 @@ class Tables:
             body_place=np.array(self.body_nodes, dtype=np.int64),
             place=np.array(self.places),
             setting=np.array(
-                [*gravity, *rayleigh, self.at_chords, effects.coriolis, spins, self.coordinates], dtype=float
+                [*gravity, *rayleigh, self.at_chords, effects.coriolis, spins, self.coordinates, relative],
+                dtype=float,
             ),
             limit=self.limits[:3].copy(),
             closing=closing,
             anchor=anchor,
             reduced=reduced,
             modal=modal,
+            rubbing=np.array(rubbing, dtype=np.int64),
         )
         arrays = {name: value for name, value in chain._asdict().items() if isinstance(value, np.ndarray)}
         constants: dict[str, Any] = {name: aligned(array) for name, array in arrays.items()}

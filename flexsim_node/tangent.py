@@ -82,16 +82,23 @@ def damping_matrix(model: Model, x: np.ndarray, v: np.ndarray | None = None) -> 
     """(n, n) derivative of minus the forces by the rates, at rest or at v: Rayleigh's damping, the joints'
     friction, and the gyroscopic forces of a spin.
 
-    Coulomb friction counts with its slope at standstill, coulomb_friction / coulomb_speed.
+    Smooth Coulomb friction counts with its slope, at standstill coulomb_friction / coulomb_speed.  Coulomb's
+    law itself has none while a joint slides, and counts for nothing.
     """
     work, rhs, zero = workspace(model.chain), np.zeros(x.size), np.zeros(x.size)
     torque = np.zeros(model.joints)
+    joint = model.chain.joint
+    links = model.joint_links
+    constant = np.where(joint[links, COULOMB_SPEED] == 0.0, joint[links, COULOMB], 0.0)
+    own = np.flatnonzero((model.turn >= 0) & (model.motor < 0))
 
     def moving(v: np.ndarray) -> np.ndarray:
         residual(model.chain, work, x, v, zero, torque, rhs)
+        friction = constant * np.sign(model.shown(v))
+        rhs[model.turned] += friction
+        rhs[model.turn[own]] += friction[own]
         return -rhs
 
-    joint = model.chain.joint
-    speeds = joint[joint[:, COULOMB] > 0.0, COULOMB_SPEED]
+    speeds = joint[joint[:, COULOMB_SPEED] > 0.0, COULOMB_SPEED]
     about = zero if v is None else v
     return differences(moving, about, np.eye(x.size), STEP * min(1.0, speeds.min(initial=1.0)))

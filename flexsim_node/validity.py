@@ -17,6 +17,7 @@ from .co_moving import plane, space
 from .dynamics import residual
 from .erls import erls_condition
 from .kinematics import place
+from .load_stiffness import LoadStiffness
 from .model import Model
 from .reduced import plane as planar_reduced_beam
 from .reduced import space as spatial_reduced_beam
@@ -24,8 +25,16 @@ from .reduced.layout import MODES
 
 LOOK_PERIOD = 0.1  # s between looks at what the steps themselves do not watch
 # the watch's rows, then what is looked at now and then
-NAMES = ("elastic_rotation", "spin_ratio", "correction", "axial_load", "erls_condition", "mass_condition")
-UNITS = ("rad", "", "m or rad", "", "", "")
+NAMES = (
+    "elastic_rotation",
+    "spin_ratio",
+    "correction",
+    "axial_load",
+    "erls_condition",
+    "mass_condition",
+    "load_stiffness",
+)
+UNITS = ("rad", "", "m or rad", "", "", "", "")
 WORDS = (
     "the elastic rotation",
     "the spin over the first bending frequency",
@@ -33,6 +42,7 @@ WORDS = (
     "the axial load over the buckling load",
     "the condition of J_0",
     "the condition of the mass matrix",
+    "what loads take from the stiffness, as a share of it,",
 )
 ADVICE = (
     "rotations of earlier links reach later ones linearly: give formulation: co_moving, stiffer links, or a"
@@ -42,6 +52,11 @@ ADVICE = (
     "the link may buckle: give a stiffer section; without the effect centrifugal it can't, so switch that on",
     "the zeroed dofs hardly define the rigid links here: give other ones, or root",
     "a joint has hardly any inertia beyond it here: give it a rotor_inertia",
+    "at 1 it buckles: formulation: erls holds to first order of this share, co_moving to any; give that, or"
+    " stiffer links",
+)
+LEFT_OUT = (
+    "the effect centrifugal is off, so that this is left out of the motion: switch it on, together with axial"
 )
 
 
@@ -55,6 +70,7 @@ class Finding:
     warn: float
     stop: float
     co_moving: bool = False  # the formulation, which decides what would help
+    left_out: bool = False  # whether the equations leave out what loads do to the stiffness
 
     @property
     def passed(self) -> str:
@@ -71,47 +87,59 @@ class Finding:
         advice = ADVICE[k]
         if k == 0 and self.co_moving:
             advice = "it is meant small inside an element: give the link more elements"
+        if self.name == "load_stiffness" and self.left_out:
+            advice = LEFT_OUT
+        elif self.name == "load_stiffness" and self.co_moving:
+            advice = "at 1 it buckles: give stiffer links"
         return f"{where}{WORDS[k]} reaches {self.value:.3g}{unit}, beyond {key} = {limit:g}; {advice}"
 
 
 class Seen(NamedTuple):
-    """The largest of each figure so far (6,), and the links where it was, -1 for none."""
+    """The largest of each figure so far (7,), and the links where it was, -1 for none."""
 
     values: tuple[float, ...]
     links: tuple[int, ...]
 
 
 class ValidityWatch:
-    """Gathers what every step's watch wrote into `seen` (2, 3), and looks at the rest now and then."""
+    """Gathers what every step's watch wrote into `seen` (2, 3), and looks at the rest now and then.
 
-    def __init__(self, model: Model, seen: np.ndarray) -> None:
+    loads : buffers of the loads on the links' ends, `external` and `loaded` of a Workspace
+    """
+
+    def __init__(self, model: Model, seen: np.ndarray, **loads: np.ndarray) -> None:
         self.model, self.seen = model, seen
-        self.sampled = np.zeros(3)
+        self.sampled = np.zeros(4)
         self.pushed = -1  # the link with the largest axial load
         self._work = workspace(model.chain)
+        self._stiffness = LoadStiffness(model, **loads)
 
     def clear(self) -> None:
         """Forget what was seen."""
         self.seen[:] = 0.0
         self.sampled[:] = 0.0
 
-    def look(self, x: np.ndarray) -> bool:
-        """Take axial load and the conditions of J_0 and of the mass matrix at x (n,); False beyond a stop."""
-        for _ in self.glances(x):
+    def look(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> bool:
+        """Take axial load, both conditions and the loads' share of the stiffness; False beyond a stop.
+
+        x, v, a : (n,) unknowns, rates, accelerations
+        """
+        for _ in self.glances(x, v, a):
             pass
         return not self.beyond
 
-    def glances(self, x: np.ndarray) -> Generator[None]:
-        """The same bit by bit, for who has deadlines; x must stay as it is."""
+    def glances(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> Generator[None]:
+        """The same in parts, for callers with deadlines; x, v and a must stay as they are."""
         model = self.model
         loads = axial_loads(model, self._work, x)
         yield
         own = erls_condition(model.chain, model.zeroed, x[: model.joints]) if model.swings else 1.0
         yield
         inertia = yield from mass_condition(model, self._work, x)
+        taken = yield from self._stiffness.glances(x, v, a)
         if loads.max() > self.sampled[0]:
             self.pushed = int(np.argmax(loads))
-        np.maximum(self.sampled, (loads.max(), own, inertia), out=self.sampled)
+        np.maximum(self.sampled, (loads.max(), own, inertia, taken), out=self.sampled)
 
     @property
     def beyond(self) -> bool:
@@ -121,7 +149,7 @@ class ValidityWatch:
     def so_far(self) -> Seen:
         """What was seen, to be put into words later."""
         values = (*self.seen[0].tolist(), *self.sampled.tolist())
-        return Seen(values, (*self.seen[1].astype(int).tolist(), self.pushed, -1, -1))
+        return Seen(values, (*self.seen[1].astype(int).tolist(), self.pushed, -1, -1, -1))
 
     def findings(self, seen: Seen | None = None) -> tuple[Finding, ...]:
         """Every figure with its limits; of what was seen so far."""
@@ -132,7 +160,7 @@ class ValidityWatch:
             link = names[links[k]] if values[k] > 0.0 and links[k] >= 0 else ""
             warn, stop = map(float, self.model.limits[k])
             moving = bool(self.model.chain.co_moving)
-            found.append(Finding(name, values[k], link, warn, stop, moving))
+            found.append(Finding(name, values[k], link, warn, stop, moving, self._stiffness.left_out))
         return tuple(found)
 
     def sentences(self, passed: str) -> tuple[str, ...]:

@@ -12,8 +12,9 @@ from .simulate import number, setting
 from .terminal.report import print_json, print_table
 
 if TYPE_CHECKING:
-    from .study.choice import Choice, Cost
+    from .study.choice import Choice, Cost, Truth
     from .study.point import Measure, Outcome, Reference, Study
+    from .study.store import Store
 
 ROBOT_DURATION, DOOR_DURATION = 0.5, 3600.0
 LOAD = 0.2
@@ -41,8 +42,11 @@ CLEAR = 10.0
 @click.option("-o", "--output", type=click.Path(file_okay=False), metavar="FOLDER",
               help="For points, diagrams and accuracy.json; accuracy_NAME if not given.")  # fmt: skip
 @click.option("--quick", is_flag=True, help="A small grid, to see how it looks.")
+@click.option("--finer", type=click.IntRange(0, 6), default=0, show_default=True, metavar="N",
+              help="Halve the reference's steps and double its mesh N times.")  # fmt: skip
 @click.option("--fresh", is_flag=True, help="Begin anew where FOLDER holds points already.")
-@click.option("--write", is_flag=True, help="Put the choice into the scene's file.")
+@click.option("--across-versions", is_flag=True, help="Go on with what other versions have found.")
+@click.option("--write", is_flag=True, help="Put the choice, and what --set changed, into the scene's file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     scene: str,
@@ -55,15 +59,18 @@ def command(
     settings: tuple[str, ...],
     output: str | None,
     quick: bool,
+    finer: int,
     fresh: bool,
+    across_versions: bool,
     write: bool,
     as_json: bool,
 ) -> None:
     """Show what accuracy costs in time, and what to use.
 
-    SCENE is a YAML file of a robot or a fire door. A reference is made and checked by a second method;
+    SCENE is a YAML file of a robot or a fire door. A reference is made, with a bound on its own error;
     then integrators, steps, meshes, effects and whatever else the scene offers are run against it.
-    Stopped with Ctrl-C, the same command goes on where it was.
+    Stopped with Ctrl-C, the same command goes on where it was, with the scene as it was. Effects that
+    the scene leaves to auto are on.
 
     \b
     Example:
@@ -73,33 +80,87 @@ def command(
     """
     if not Path(scene).is_file():
         raise click.ClickException(f"{scene} does not exist; give a scene's YAML file")
-    study = study_of(scene, dict(map(setting, settings)), duration, sines, vary, quick)
-    robot = study.kind == "robot"
-    from .study.choice import Cost, choose
+    from .study.machine import versions
+    from .study.store import Store
 
-    cost = Cost(rate if robot else None)
+    folder = Path(output or f"accuracy_{name_of(scene, dict(map(setting, settings)))}")
     allowed = asked("--budget", budget, ("us", "µs", "ms", "s"))
+    robot = model_of(Path(scene)) != "fire_door"
     exact = asked("--tolerance", tolerance, ("um", "µm", "mm", "m") if robot else ("K",))
-    shown = allowed if allowed is not None else LOAD / rate if robot else None
-    if allowed is None and exact is None:
-        allowed = shown
-    folder = Path(output or f"accuracy_{study.scene.name}")
-    reference, outcomes = carry_out(study, folder, fresh)
-    measure = study.measures[0]
-    floor = CLEAR * reference.error[measure.name]
-    choice = choose(outcomes, measure, cost, allowed, exact, floor)
-    found = report(study, scene, folder, reference, outcomes, choice, cost, shown)
-    if write:
-        if choice.outcome is None:
-            raise click.ClickException(f"nothing written: {choice.sentence}")
-        from .study.choice import write_choice
-
-        write_choice(Path(scene), choice.outcome.overrides)
-        found["written"] = scene
+    for read, several in ((axis, vary), (sine, sines)):  # wrong words cost no study that is there
+        for words in several:
+            read(words)
+    with Store(folder, Path(scene).read_bytes(), fresh) as store:
+        # From here on the scene's file is not read again.
+        study = study_of(str(store.scene), dict(map(setting, settings)), duration, sines, vary, quick, finer)
+        package = Path(__file__).parents[1] / ("flexsim_node" if robot else "thermal_node")
+        store.begin(study.fingerprint, versions(package, Path(__file__).parent / "study"), across_versions)
+        if store.dropped:
+            click.echo(f"{store.dropped} damaged lines of {folder}/points.jsonl are run again.", err=True)
+        found, outcomes, choice, cost = carried_out(study, scene, store, rate, allowed, exact)
+        if write:
+            found["written"] = put_into(Path(scene), study, store, choice)
     if as_json:
         print_json(found)
     else:
         print_study(found, study.measures, outcomes, cost)
+
+
+def carried_out(
+    study: Any, scene: str, store: Store, rate: float, allowed: float | None, exact: float | None
+) -> tuple[dict[str, Any], list[Outcome], Choice, Cost]:
+    """Run the study, choose, and find out what the choice depends on."""
+    from .study.choice import Cost, choose, truth_of
+
+    robot = study.kind == "robot"
+    cost = Cost(rate if robot else None)
+    shown = allowed if allowed is not None else LOAD / rate if robot else None
+    if allowed is None and exact is None:
+        allowed = shown
+    reference, outcomes = carry_out(study, store)
+    measure = study.measures[0]
+    floor = CLEAR * reference.error[measure.name]
+    own = study.scene.formulation if robot else study.scene.solver.model
+    truth = truth_of(own, reference, "co_moving" if robot else "full", not robot)
+    choice = choose(outcomes, measure, cost, allowed, exact, floor, truth)
+    conditions: dict[str, Any] = {}
+    if choice.outcome is not None:
+        key = f"{choice.outcome.point}; {exact}"
+        if key not in store.conditions:
+            store.keep_conditions(key, study.conditions(choice.outcome, reference, exact))
+        conditions = store.conditions[key]
+    found = report(study, scene, store.folder, reference, outcomes, choice, cost, shown, conditions, truth)
+    return found, outcomes, choice, cost
+
+
+def put_into(scene: Path, study: Any, store: Store, choice: Choice) -> str:
+    """Put what the study changed into the scene's file, and return its path."""
+    from .study.writing import put, written
+
+    if choice.outcome is None:
+        raise click.ClickException(f"nothing written: {choice.sentence}")
+    if study.kind == "robot":
+        from flexsim_node import load_scene
+    else:
+        from thermal_node import load_scene  # type: ignore[assignment]
+    changes = {**study.changes, **choice.outcome.overrides}
+    text = written(store.text, changes, load_scene)
+    if scene.read_bytes() not in (store.text, text) and not store.knows(scene.read_bytes()):
+        raise click.ClickException(f"nothing written: {scene} has changed while it was studied")
+    store.will_write(text)
+    put(scene, text)
+    return str(scene)
+
+
+def name_of(scene: str, overrides: dict[str, Any]) -> str:
+    """Return what a scene is called."""
+    if model_of(Path(scene)) == "fire_door":
+        from thermal_node import load_scene as load_door
+
+        return load_door(scene, overrides).name
+    from flexsim_node import load_scene
+
+    return load_scene(scene, overrides).name
 
 
 def study_of(
@@ -109,6 +170,7 @@ def study_of(
     sines: tuple[str, ...],
     vary: tuple[str, ...],
     quick: bool,
+    finer: int = 0,
 ) -> Any:
     """Return the study that fits the scene's model."""
     axes = dict(map(axis, vary))
@@ -117,10 +179,12 @@ def study_of(
 
         if sines:
             raise click.UsageError("--sine: a door has no joints; leave it out")
-        return DoorStudy(scene, overrides, duration or DOOR_DURATION, axes, quick)
+        return DoorStudy(scene, overrides, duration or DOOR_DURATION, axes, quick, finer)
     from .study.robot import RobotStudy
 
-    return RobotStudy(scene, overrides, duration or ROBOT_DURATION, dict(map(sine, sines)), axes, quick)
+    return RobotStudy(
+        scene, overrides, duration or ROBOT_DURATION, dict(map(sine, sines)), axes, quick, finer
+    )
 
 
 def model_of(path: Path) -> str:
@@ -163,15 +227,13 @@ def asked(option: str, text: str | None, units: tuple[str, ...]) -> float | None
         raise click.UsageError(f"{option} {problem}") from None
 
 
-def carry_out(study: Study, folder: Path, fresh: bool) -> tuple[Reference, list[Outcome]]:
+def carry_out(study: Study, store: Store) -> tuple[Reference, list[Outcome]]:
     """Make the reference and run the points that are not there yet."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from .study.store import Store
     from .terminal.stop import stopped_by_signals
 
-    store = Store(folder, study.fingerprint, fresh)
     points = study.points()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with (
@@ -212,11 +274,14 @@ def report(
     choice: Choice,
     cost: Cost,
     budget: float | None,
+    conditions: dict[str, Any],
+    truth: Truth,
 ) -> dict[str, Any]:
     """Draw the diagrams, write accuracy.json, and return what it says."""
     import json
+    import math
 
-    from .study.choice import frontier
+    from .study.choice import conditions_said, frontier
     from .study.diagram import draw
     from .study.machine import machine
     from .study.order import observed_orders
@@ -226,7 +291,8 @@ def report(
     for measure in study.measures:
         if not any(o.ok and o.errors.get(measure.name) is not None for o in outcomes):
             continue
-        floor = max(CLEAR * reference.error.get(measure.name, 0.0), 1e-12)
+        floor = CLEAR * reference.error.get(measure.name, 0.0)
+        floor = max(floor, 1e-12) if math.isfinite(floor) else 1e-12
         path = folder / f"{measure.name}.png"
         best = frontier(outcomes, measure.name, floor)
         title = f"{study.scene.name}: {measure.label}"
@@ -243,8 +309,13 @@ def report(
         "rate": cost.rate,
         "made": time.strftime("%Y-%m-%d"),
         "machine": machine(),
-        "reference": {"how": reference.how, "error": reference.error},
-        "formulation": getattr(study.scene, "formulation", None),
+        "reference": {
+            "how": reference.how,
+            "error": reference.error,
+            "orders": reference.orders,
+            "finer": reference.finer,
+        },
+        "formulation": getattr(study.scene, "formulation", None) or study.scene.solver.model,
         "formulations": reference.formulations,
         "measures": {m.name: {"label": m.label, "unit": m.unit, "scale": m.scale} for m in study.measures},
         "points": [
@@ -254,11 +325,18 @@ def report(
         "frontier": [o.point for o in frontier(outcomes, main, CLEAR * reference.error[main])],
         "orders": observed_orders(outcomes, order, 3.0 * reference.error[order]),
         "sentence": choice.sentence,
+        "promise": choice.promise,
+        "told": choice.told,
+        "conditions": conditions,
+        "conditions_said": conditions_said(conditions, study.measures[0], cost),
+        "opened": list(getattr(study, "opened", ())),
         "choice": None if choice.outcome is None else choice.outcome.point,
         "diagrams": diagrams,
     }
     text = json.dumps(finite(found), indent=1, ensure_ascii=False) + "\n"
-    (folder / "accuracy.json").write_text(text, encoding="utf-8")
+    part = folder / "accuracy.json.part"
+    part.write_text(text, encoding="utf-8")
+    part.replace(folder / "accuracy.json")
     return found
 
 
@@ -277,11 +355,13 @@ def print_study(
         for o in best
     ]  # fmt: skip
     own = ", ".join(
-        f"{m.label} {m.show(found['reference']['error'][m.name])}"
+        f"{m.label} {m.show(found['reference']['error'][m.name]) or 'not known'}"
         for m in measures
         if m.name in found["reference"]["error"]
     )
-    click.echo(f"Reference: {found['reference']['how']}. Its own error: {own}.")
+    click.echo(f"Reference: {found['reference']['how']}. Its own error is at most: {own}.")
+    if found["opened"]:
+        click.echo(f"Left to auto by the scene, and on here: {', '.join(found['opened'])}.")
     for sentence in formulations_said(found["formulation"], found["formulations"], measures[0]):
         click.echo(sentence)
     unit = "time a period" if cost.rate else "time"
@@ -296,6 +376,8 @@ def print_study(
     if failed:
         print_table("Without a result:", ["point", "why"], failed)
     click.echo(found["sentence"])
+    for sentence in found["conditions_said"]:
+        click.echo(sentence)
     if found.get("written"):
         click.echo(f"Written into {found['written']}.")
     click.echo("Diagrams: " + ", ".join(found["diagrams"].values()))

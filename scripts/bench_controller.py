@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +14,11 @@ from .terminal.report import print_json, print_table
 from .terminal.stop import stopped_by_signals
 
 if TYPE_CHECKING:
+    from flexsim_node import Scene
+
     from .bench.score import Score
+    from .bench.session import Delay, Session
+    from .controller.trajectory import Trajectory
 
 
 @click.command()
@@ -38,7 +44,12 @@ if TYPE_CHECKING:
     metavar="SECONDS",
     help="How long it is watched after the move.",
 )
-@click.option("--only", multiple=True, metavar="CASE", help="Only this case; may be given again.")
+@click.option(
+    "--only",
+    multiple=True,
+    type=click.Choice(["nominal", "push", "payload", "wire", "sensors", "motors"]),
+    help="Only this case, beside the nominal one; may be given again.",
+)
 @click.option(
     "--latency/--no-latency",
     default=True,
@@ -76,8 +87,7 @@ def command(
     from flexsim_node import SceneError, load_scene
 
     from .bench.cases import move
-    from .bench.rig import rig
-    from .bench.session import Session
+    from .bench.rig import command as words_of
     from .simulate import setting
 
     overrides = dict(setting(words) for words in settings)
@@ -87,6 +97,42 @@ def command(
     except (SceneError, ValueError) as problem:
         raise click.UsageError(str(problem)) from None
     controllers = [node, *([against] if against else [])]
+    if node == against:
+        raise click.UsageError("NODE and --against are the same; give another, for example a copy.")
+    for words in controllers:
+        program = words_of(words)[0] if words.strip() else ""
+        if shutil.which(program) is None:
+            raise click.UsageError(
+                f"there is no program {program!r}; give joint_pd, shaped_pd, lqg or a command line."
+            )
+    try:
+        session = judged(controllers, scene, overrides, robot, wanted, rate, settle, only, latency)
+    except KeyboardInterrupt:
+        click.echo("stopped: not all runs are done, so nothing is scored", err=True)
+        raise
+    whole = not any(found["nominal"].lost for found in session.scores.values())
+    if output is not None and not whole:
+        click.echo(f"{output} is not drawn: a nominal run is lost", err=True)
+    elif output is not None:
+        from .bench.picture import draw
+
+        draw(session.recordings, wanted, f"{robot.name}: {' and '.join(controllers)}", output)
+    if as_json:
+        print_json(as_object(session.scores, session.delays, session.about, output if whole else None))
+    else:
+        show(robot.name, session.scores, session.delays, session.about)
+    if not whole:
+        raise SystemExit(1)
+
+
+def judged(
+    controllers: list[str], scene: Path, overrides: dict[str, Any], robot: Scene, wanted: Trajectory,
+    rate: float, settle: float, only: tuple[str, ...], latency: bool,
+) -> Session:  # fmt: skip
+    """Put each controller through its runs."""
+    from .bench.rig import rig
+    from .bench.session import Session
+
     with (
         stopped_by_signals() as stopped,
         tempfile.TemporaryDirectory() as folder,
@@ -95,21 +141,12 @@ def command(
         session = Session(bench, robot, wanted, settle, say=lambda words: click.echo(words, err=True))
         for controller in controllers:
             session.judge(controller, only, find_latency=latency)
-    if output is not None:
-        from .bench.picture import draw
-
-        draw(session.recordings, wanted, f"{robot.name}: {' and '.join(controllers)}", output)
-    if as_json:
-        print_json(as_object(session.scores, session.delays, session.about, output))
-    else:
-        show(robot.name, session.scores, session.delays, session.about)
-    if any(found["nominal"].lost for found in session.scores.values()):
-        raise SystemExit(1)
+    return session
 
 
 def as_object(
     scores: dict[str, dict[str, Score]],
-    delays: dict[str, dict[str, float | None]],
+    delays: dict[str, Delay],
     about: dict[str, str],
     output: Path | None,
 ) -> dict[str, Any]:
@@ -119,7 +156,7 @@ def as_object(
         "controllers": {
             name: {
                 "scores": {case: s.as_dict() for case, s in found.items()},
-                **{f"delay_{word}": delay for word, delay in delays.get(name, {}).items()},
+                **({f"delay_{k}": v for k, v in asdict(delays[name]).items()} if name in delays else {}),
             }
             for name, found in scores.items()
         },
@@ -130,13 +167,15 @@ def as_object(
 def show(
     robot: str,
     scores: dict[str, dict[str, Score]],
-    delays: dict[str, dict[str, float | None]],
+    delays: dict[str, Delay],
     about: dict[str, str],
 ) -> None:
     """For people: a row a case and controller."""
     rows = []
     for case, sentence in about.items():
         for name, found in scores.items():
+            if case not in found:
+                continue
             s = found[case]
             rows.append([
                 case, name, "lost" if s.lost else "ok",
@@ -151,6 +190,12 @@ def show(
          "settled after, s", "torque rms, N m", "torque max, N m", "energy, J", "what"],
         rows,
     )  # fmt: skip
+    for name, found in scores.items():
+        for case, s in found.items():
+            if s.lost:
+                click.echo(f"{name}: {case}: lost: {s.reason}")
     for name, delay in delays.items():
-        lost = "never lost" if delay["lost"] is None else f"lost at {1e3 * delay['lost']:g} ms"
-        click.echo(f"{name}: bears commands that are {1e3 * (delay['borne'] or 0.0):g} ms late, {lost}")
+        lost = "never lost"
+        if delay.lost is not None:
+            lost = f"lost at {1e3 * delay.lost:g} ms: {delay.reason}"
+        click.echo(f"{name}: bears commands that are {1e3 * delay.borne:g} ms late, {lost}")

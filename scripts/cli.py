@@ -18,6 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import click
+from flexsim_ros.first_instant import SCRIPTS
+from flexsim_ros.start import attentive
 
 from .terminal.own_output import own_output
 
@@ -65,16 +67,19 @@ def flexsim() -> None:
 
 
 def main() -> None:
-    """Run the command; exit with 0 done, 1 the work failed, 2 the words were wrong."""
-    own_output()
-    warnings.showwarning = said_plainly
+    """Run the command; exit with 0 done, 1 the work failed, 2 the words were wrong, 130 a signal came."""
+    code: Any
+    stopped = SCRIPTS["flexsim"]
     try:
-        code = flexsim.main(prog_name="flexsim", standalone_mode=False)
+        with attentive("flexsim", stopped):
+            own_output()
+            warnings.showwarning = said_plainly
+            code = flexsim.main(prog_name="flexsim", standalone_mode=False)
     except click.ClickException as error:
         error.show()
         code = error.exit_code
     except (KeyboardInterrupt, click.Abort):
-        code = 130
+        code = stopped
     except BrokenPipeError:
         # The reader of a pipe (head, less) has gone: nobody is left to tell.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

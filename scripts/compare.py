@@ -53,8 +53,9 @@ def command(
       flexsim compare run again
       flexsim compare run again --plot difference.png --save both.rrd
     """
-    from .bag import BagError
+    from .bag import Bag, BagError
     from .comparison.saved_run import compared, is_saved, read
+    from .comparison.scenes import scenes
 
     if robot and not (plot or save or is_saved(Path(first)) or is_saved(Path(second))):
         raise click.UsageError(
@@ -76,6 +77,8 @@ def command(
     )
     progress.clear()
     result = as_mapping(first, second, found)
+    if not (is_saved(Path(first)) or is_saved(Path(second))):
+        result["scenes"] = scenes(Bag(first), Bag(second))
     if plot:
         from .comparison.picture import draw
 
@@ -142,6 +145,8 @@ def cells(field: dict[str, Any]) -> list[str]:
 
 def print_differences(result: dict[str, Any]) -> None:
     """Print the table."""
+    from .comparison.scenes import sentence
+
     fields = result["fields"]
     compared = max(f["compared"] for f in fields.values())
     if result["exact"]:
@@ -156,6 +161,8 @@ def print_differences(result: dict[str, Any]) -> None:
     columns = ["field", "times", "only A", "only B", "largest difference", "rms", "of greatest", "at, s",
                "since, s"]  # fmt: skip
     print_table(title, columns, rows)
+    for node, scene in result.get("scenes", {}).items():
+        click.echo(sentence(node, scene))
     for key, word in (("plot", "picture"), ("recording", "both in 3-D: rerun")):
         if key in result:
             click.echo(f"{word} {result[key]}")

@@ -48,10 +48,15 @@ def command(output: str | None, duration: float, as_json: bool) -> None:
             moves = timing(duration)
             run(folder, moves, stopped)
             found = look(folder, moves, stopped)
-    except BaseException:
+    except (RuntimeError, TimeoutError) as problem:
+        from .trial.busy import too_busy
+
+        if busy := too_busy(folder / "bag"):
+            raise RuntimeError(f"{busy}. What it led to: {problem}") from None
+        raise
+    finally:
         if not any(folder.iterdir()):
             folder.rmdir()
-        raise
     found["elapsed"] = round(time.monotonic() - begun, 2)
     if as_json:
         print_json(found)
@@ -126,6 +131,7 @@ def look(folder: Path, moves: dict[str, float], stopped: Stop) -> dict[str, Any]
     from .controller import Move
     from .rerun_view import viewer
     from .rerun_view.bag import show
+    from .trial.busy import too_busy
     from .trial.figures import figures
     from .trial.picture import draw
 
@@ -149,6 +155,7 @@ def look(folder: Path, moves: dict[str, float], stopped: Stop) -> dict[str, Any]
         moves["duration"],
         folder / "vibration.png",
     )
+    found["too_busy"] = too_busy(bag)
     found["bag"] = str(bag)
     found["recording"] = str(folder / "robot.rrd")
     found["picture"] = str(folder / "vibration.png")
@@ -185,4 +192,6 @@ def print_figures(found: dict[str, Any]) -> None:
     ]  # fmt: skip
     title = f"A flexible arm in real time, {found['duration']:.0f} s; {found['elapsed']:.0f} s in all"
     print_table(title, ["what", "figure"], rows)
+    if found["too_busy"]:
+        say(f"Warning: {found['too_busy']}")
     sys.stdout.flush()

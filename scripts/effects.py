@@ -16,9 +16,11 @@ if TYPE_CHECKING:
     import numpy as np
 
     from flexsim_node import Scene
+    from flexsim_node.schema import Link
 
 TOLERANCE = 1e-4  # m, where neither the scene nor the words give one
 MICRO, MILLI = 1e6, 1e3
+TWIN = "the scene once more"
 
 
 @click.command()
@@ -116,6 +118,7 @@ def study(
     from flexsim_node import resolve_effects
     from flexsim_node.dofs import is_planar
     from flexsim_node.effects import Trial, effect_names, with_effect
+    from flexsim_node.formulations import formulations_apart
     from flexsim_node.step_cost import step_costs
 
     limit = scene.tolerance
@@ -126,36 +129,55 @@ def study(
     changes = [
         trial.change(name) for name in track(names, "runs", console=console, disable=not console.is_terminal)
     ]
-    variants: dict[str, Any] = {"scene": trial.scene}
+    # The scene's twin costs what it costs: what is seen of it is what can't be measured.
+    variants: dict[str, Any] = {"scene": trial.scene, TWIN: trial.scene}
     variants |= {c.name: with_effect(trial.scene, c.name, not c.on) for c in changes if not c.trouble}
     flat = is_planar(trial.scene)
     if flat:
         variants["space"] = trial.scene, False
     costs = step_costs(variants, trial.drive)
     whole = costs["scene"].step
+    unseen = abs(costs[TWIN].ratio - 1.0) + costs[TWIN].spread
     rows: list[dict[str, Any]] = []
     for change in changes:
         cost = costs.get(change.name)
         # what the effect itself costs: the scene with it less the scene without it
         share = None if cost is None else (1.0 - cost.ratio if change.on else 1.0 - 1.0 / cost.ratio)
         seconds = None if cost is None else whole * (1.0 - cost.ratio) * (1.0 if change.on else -1.0)
+        spread = None if cost is None else max(cost.spread, unseen)
+        measurable = cost is not None and spread is not None and abs(cost.ratio - 1.0) > spread
         needed = change.change > limit
         rows.append({
             "effect": change.name, "on": change.on, "change": change.change, "relative": change.relative,
-            "cost": seconds, "share": share, "needed": needed, "trouble": change.trouble,
+            "cost": seconds if measurable else None, "share": share if measurable else None,
+            "cost_spread": None if spread is None else whole * spread,
+            "measurable": measurable, "needed": needed, "trouble": change.trouble,
             "verdict": verdict(change.on, needed), "open": change.name in scene.effects.undecided,
         })  # fmt: skip
     rows.sort(key=lambda row: -row["change"])
     decision = resolve_effects(scene, drive, duration) if scene.effects.undecided else None
+    apart = formulations_apart(scene, drive, duration) if any(bends(k) for k in scene.links) else None
     return {
         "name": scene.name, "duration": trial.duration, "tolerance": limit, "reach": trial.reach,
         "step_time": whole, "planar": flat,
         "space_ratio": costs["space"].ratio if flat else None, "effects": rows,
+        "formulation": None if apart is None else {
+            "own": apart.own, "other": apart.other, "refused": apart.refused,
+            "distance": None if apart.refused else apart.distance,
+            "unsure": None if apart.refused else apart.unsure,
+            "matters": not apart.refused and apart.distance - apart.unsure > limit,
+        },
         "decision": None if decision is None else {
             "left_out": list(decision.left_out), "together": decision.together,
+            "at_rest": decision.at_rest, "margin": scene.auto.margin, "beyond": scene.auto.beyond,
             "sentences": decision.sentences(),
         },
     }  # fmt: skip
+
+
+def bends(link: Link) -> bool:
+    """Say whether a link is flexible."""
+    return link.beam is not None and link.flexible
 
 
 def verdict(on: bool, needed: bool) -> str:
@@ -171,7 +193,10 @@ def print_study(found: dict[str, Any]) -> None:
     for row in found["effects"]:
         change = f"{MILLI * row['change']:.4g}" if row["change"] < float("inf") else "no run"
         relative = f"{100 * row['relative']:.3g}" if row["change"] < float("inf") else ""
-        cost = "" if row["cost"] is None else f"{MICRO * row['cost']:.2f}"
+        spread = "" if row["cost_spread"] is None else f"{MICRO * row['cost_spread']:.2f}"
+        cost = f"{MICRO * row['cost']:.2f} ± {spread}" if row["measurable"] else ""
+        if spread and not row["measurable"]:
+            cost = f"not measurable (below {spread})"
         share = "" if row["share"] is None else f"{100 * row['share']:.0f}"
         state = "auto" if row["open"] else "on" if row["on"] else "off"
         rows.append([row["effect"], state, change, relative, cost, share, row["verdict"]])
@@ -186,5 +211,21 @@ def print_study(found: dict[str, Any]) -> None:
             click.echo(f"{row['effect']}: switched, the run {row['trouble']}")
     if found["space_ratio"] is not None:
         click.echo(f"\nplanar, three dofs a node; six would cost {found['space_ratio']:.2f} times as much")
+    formulation = found["formulation"]
+    if formulation is not None and formulation["refused"]:
+        click.echo(f"\nhow far {formulation['own']} itself is off isn't known: {formulation['refused']}")
+    elif formulation is not None:
+        more = "; that is more than the tolerance" if formulation["matters"] else ""
+        click.echo(
+            f"\nformulation: {formulation['other']} is {MILLI * formulation['distance']:.3g} mm"
+            f" ± {MILLI * formulation['unsure']:.3g} from {formulation['own']} at the tip{more}"
+            " (co_moving holds where links turn elastically)"
+        )
     if found["decision"] is not None:
-        click.echo(f"\nauto: {found['decision']['sentences'][-1]}")
+        decision = found["decision"]
+        click.echo(f"\nauto: {decision['sentences'][-1]}")
+        if decision["left_out"]:
+            click.echo(
+                f"decided over {decision['margin']:g} times the scene's torques, speeds, poses and duration;"
+                f" beyond: {decision['beyond']}"
+            )

@@ -64,7 +64,9 @@ def command(bag: str, quick: bool, as_json: bool) -> None:
 
 
 def describe(bag: Bag) -> dict[str, Any]:
-    """Return what the index says, for the table and for --json."""
+    """Return what the index says, and which scenes ran, for the table and for --json."""
+    from .bag.scenes import scenes_in
+
     return {
         "bag": str(bag.path),
         "files": [file.name for file in bag.files],
@@ -74,6 +76,18 @@ def describe(bag: Bag) -> dict[str, Any]:
         "messages": bag.count,
         "complete": bag.complete,
         "damages": [str(damage) for damage in bag.damages],
+        "scenes": {
+            node: {
+                "name": one.scene.name,
+                "hash": one.scene.hash,
+                "file": one.scene.file,
+                "overrides": dict(one.scene.overrides),
+                "versions": dict(one.scene.versions),
+            }
+            if one.scene
+            else {"why_not": one.why_not}
+            for node, one in scenes_in(bag).items()
+        },
         "topics": {
             topic.name: {
                 "type": topic.type,
@@ -133,6 +147,12 @@ def print_info(found: dict[str, Any]) -> None:
             row += ["", "", "", ""]
         rows.append([*row, "; ".join(dict.fromkeys(in_words(p) for p in t["qos"]))])
     print_table(title, [*columns, "quality of service"], rows)
+    for node, scene in found["scenes"].items():
+        told = (
+            scene.get("why_not")
+            or f"{scene['name']}, {scene['hash'][:15]}, flexsim {scene['versions']['flexsim']}"
+        )
+        click.echo(f"scene of {node}: {told}")
     if not found["complete"]:
         click.echo("This bag is damaged or has no end; what is shown could be read.", err=True)
         for damage in found.get("damages", [])[:MOST_PRINTED]:

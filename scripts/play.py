@@ -100,7 +100,7 @@ def command(
 def publish(bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: float, as_json: bool) -> None:
     """Play a bag until it is over."""
     from .ros.context import tool_node
-    from .ros.player import Player
+    from .ros.player import Player, is_command
     from .terminal.keys import keys
 
     with tool_node("flexsim_play") as node, stopped_by_signals() as stopped, keys() as pressed:
@@ -111,6 +111,10 @@ def publish(bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: f
             raise click.ClickException(f"{bag.path} has nothing to play")
         if wait and not player.wait_for_listeners([*player.counts], wait, stopped):
             raise click.ClickException(f"not every topic had a subscriber within {wait:g} s")
+        beside = player.beside()
+        for name, who in beside.items():
+            moved = "is obeyed by, or comes also from," if is_command(bag.topic(name)) else "comes also from"
+            click.echo(f"Warning: {name} {moved} {', '.join(who)}; --without {name} leaves it out", err=True)
         player.paused = start_paused
         shown = sys.stderr.isatty() and not as_json
         if shown:
@@ -128,6 +132,7 @@ def publish(bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: f
         "latest": round(player.late, 6),
         "topics": player.counts,
         "skipped": player.skipped,
+        "beside": beside,
         "complete": bag.complete,
     }
     if as_json:
@@ -167,6 +172,7 @@ def once_more(
     """Drive a robot through a recorded run, record it, and compare."""
     from .compare import as_mapping, print_differences
     from .comparison.difference import differences
+    from .comparison.scenes import scenes
     from .replay.again import again
 
     target = Path(output or f"{bag.path.with_suffix('')}_again")
@@ -184,7 +190,9 @@ def once_more(
         click.echo("\r\x1b[K", err=True, nl=False)
     from .bag import Bag as Reopened
 
-    compared = as_mapping(str(bag.path), str(target), differences(bag, Reopened(target), robot_topics(bag)))
+    again_bag = Reopened(target)
+    compared = as_mapping(str(bag.path), str(target), differences(bag, again_bag, robot_topics(bag)))
+    compared["scenes"] = scenes(bag, again_bag)
     if as_json:
         print_json(done | {"bag": str(bag.path), "output": str(target), "comparison": compared})
     else:

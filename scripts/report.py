@@ -73,7 +73,7 @@ def look(bag: Bag, scene: Path | None, progress: Progress) -> tuple[dict[str, An
 
     told = describe(bag)
     found: dict[str, Any] = {
-        name: told[name] for name in ("bag", "start", "duration", "messages", "complete")
+        name: told[name] for name in ("bag", "start", "duration", "messages", "complete", "scenes")
     }
     found |= {"robot": None, "door": None}
     sections: list[Section] = []

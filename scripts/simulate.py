@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,23 +102,18 @@ def driven(path: Path, scene: Scene, robot: str) -> Drive:
 
 
 def load(path: Path, overrides: dict[str, Any], robot: str = "") -> Scene:
-    """Load a scene's file, or the scene that a bag holds, with what its node changed of it."""
+    """Load a scene's file, or the scene that a bag's node published."""
     from flexsim_node import load_scene
 
     if not is_bag(path):
         return load_scene(path, overrides)
     from .bag import Bag
     from .bag.robot import robot_in
-    from .replay.drive import overrides_of
 
     found = robot_in(Bag(path, robot))
-    name, text = found.scene_name, found.scene
-    if text is None:
-        raise ValueError(f"{path} does not hold its scene; give the scene's file, and --torque {path}")
-    with tempfile.TemporaryDirectory(prefix="flexsim_") as folder:
-        file = Path(folder) / name
-        file.write_bytes(text)
-        return load_scene(file, overrides_of(found.parameters) | overrides)
+    if found.scene is None:
+        raise ValueError(f"{path}: {found.why_not}; give the scene's file, and --torque {path}")
+    return load_scene(found.scene.scene, overrides)
 
 
 def setting(words: str) -> tuple[str, Any]:
@@ -251,7 +246,9 @@ def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
     """Return what a run came to, in SI units."""
     import numpy as np
 
-    tip = np.linalg.norm(run.node_position[:, -1] - run.rigid_position[:, -1], axis=1)
+    ends = tip_nodes(run.node_names, scene.link_names, scene.tips)
+    off = np.linalg.norm(run.node_position[:, ends] - run.rigid_position[:, ends], axis=2)
+    tip = off[:, np.argmax(off.max(axis=0))]  # that which bends most
     steps = len(run.step_time)
     p50, p99 = np.quantile(run.step_time, [0.5, 0.99]) if steps else (0.0, 0.0)
     return {
@@ -267,6 +264,7 @@ def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
         "joint_position": run.joint_position[-1].tolist(),
         "joint_velocity": run.joint_velocity[-1].tolist(),
         "link_end": run.link_end[-1].tolist(),
+        "tips": {scene.link_names[n]: run.link_end[-1, n].tolist() for n in scene.tips},
         "tip_deflection_rms": float(np.sqrt(np.mean(tip**2))),
         "tip_deflection_peak": float(tip.max()),
         "effects": None if run.decision is None else run.decision.sentences(),
@@ -277,6 +275,12 @@ def figures(run: Run, scene: Scene, elapsed: float) -> dict[str, Any]:
     }
 
 
+def tip_nodes(names: Sequence[str], links: Sequence[str], tips: Sequence[int]) -> list[int]:
+    """Return the last node of each tip's link; names as LINK/NUMBER."""
+    owners = [name.rpartition("/")[0] for name in names]
+    return [len(owners) - 1 - owners[::-1].index(links[n]) for n in tips]
+
+
 def print_figures(found: dict[str, Any], loops: bool) -> None:
     """Print the table."""
     rows: list[list[Any]] = [
@@ -284,9 +288,12 @@ def print_figures(found: dict[str, Any], loops: bool) -> None:
         for name, q, v in zip(found["joint_names"], found["joint_position"],
                               found["joint_velocity"], strict=True)
     ]  # fmt: skip
-    place = ", ".join(f"{x:.6f}" for x in found["link_end"][-1])
+    several = len(found["tips"]) > 1
     rows += [
-        ["tip", f"{place} m"],
+        [f"tip, {name}" if several else "tip", ", ".join(f"{x:.6f}" for x in place) + " m"]
+        for name, place in found["tips"].items()
+    ]
+    rows += [
         ["tip deflection", f"rms {1e3 * found['tip_deflection_rms']:.3f} mm, "
                            f"peak {1e3 * found['tip_deflection_peak']:.3f} mm"],
         ["energy", f"{found['energy_start']:.6f} J at the start, "

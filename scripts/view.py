@@ -169,22 +169,28 @@ def view_live(
         from .rerun_view import live, viewer
 
         kind = live.kind_of(path)
-        with live.simulator(node, path, stopped, kind):
+        with live.simulator(node, path, stopped, kind) as simulator:
             recording = rr.RecordingStream(APPLICATION)
             target = viewer.attach(recording, save=save, serve=serve, web=web)
             try:
                 if target.address:
                     click.echo(f"showing on {target.page or target.address}; Ctrl-C ends", err=True)
                 shown = live.shown_live(kind, node, recording, scale=scale, rate=rate)
-                shown.run(stopped, duration)
+                shown.run(stopped, duration, simulator)
                 recording.flush()
+                gone = simulator.gone
+                stopped_at = simulator.trouble
             finally:
                 target.close()
     if not shown.rows:
         target.discard()
+        if stopped.asked:
+            raise KeyboardInterrupt
         raise RuntimeError(f"the {kind.what} published nothing to show")
     if as_json:
         about = {"scene": str(path), "recording": save, "scale": shown.scale, "rows": shown.rows}
-        print_json(about)
+        print_json(about | {"stopped": stopped_at, "gone": gone})
     else:
         print_table(f"{path}: shown live", ["entity", "rows"], list(shown.rows.items()))
+    if gone:
+        raise click.ClickException(gone)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -109,7 +110,7 @@ def thermocouples(test: FireTest, time: int) -> Thermocouples:
 
 
 def unexposed_image(test: FireTest, time: int) -> Image:
-    """Return the unexposed face as an infrared camera sees it, °C."""
+    """Return the unexposed face as a camera before it sees it, °C: row 0 on top (+y), column 0 at -x."""
     pixels = test.infrared.image(test.heat.temperature)
     return Image(
         header=header(time),
@@ -148,14 +149,24 @@ def fire_criteria(test: FireTest, time: int) -> FireCriteria:
 
 
 def diagnostics(
-    report: Report, scene: str, time_scale: str, timeout: float, troubles: int = 0
+    report: Report,
+    scene: str,
+    time_scale: str,
+    timeout: float,
+    troubles: int = 0,
+    furnaces: Sequence[str] = (),
 ) -> DiagnosticArray:
-    """Return how the node does: its pace, its furnace, its solver, its deformation."""
+    """Return how the node does: its pace, its furnace, its solver, its deformation.
+
+    furnaces : who publishes measured temperatures, where it is more than one
+    """
     ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
     refused = report.refused.total()
     stale = report.measured and report.stale > timeout and report.phase == "running"
     if stale:
         furnace_says = f"no measured temperature for {report.stale:.0f} s; the last one holds"
+    elif furnaces:
+        furnace_says = f"{len(furnaces)} measure the furnace: {', '.join(furnaces)}"
     elif report.tolerance:
         furnace_says = report.tolerance
     elif refused:
@@ -182,7 +193,7 @@ def diagnostics(
         ),
         _status(
             "furnace",
-            warn if stale or report.tolerance or refused or troubles else ok,
+            warn if stale or report.tolerance or refused or troubles or furnaces else ok,
             furnace_says,
             scene,
             {
@@ -205,6 +216,7 @@ def diagnostics(
                 "verdict": report.verdict,
                 "steps": report.steps,
                 "rejected steps": report.rejected_steps,
+                "went on after a stop": report.resumed,
                 "largest imbalance of a step": f"{report.imbalance:.2e}",
             },
         ),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .conduction import ABSOLUTE_ZERO, Array
+from .conduction import Array
 from .criteria import Criteria
 from .furnace import Measured
-from .heat import Heat
+from .heat import Heat, Saved
 from .mesh.whole import whole_leaf
 from .model import door_model
 from .probes import InfraredView, Radiometer, probes_of
@@ -15,8 +15,6 @@ from .scene import Scene
 from .status import State, Status
 from .tolerance import FurnaceTolerance
 
-HOTTEST = 3000.0
-"""°C; a furnace that reports more is not believed."""
 KEPT = 1000
 """Measured values that are remembered; the march only asks for the latest."""
 
@@ -54,6 +52,7 @@ class FireTest:
         self.heat.reset()
         self.criteria = Criteria(self.scene.criteria, self.probes, self.model.initial)
         self._broken = Status()
+        self._before: Saved | None = None
         self._look()
 
     @property
@@ -99,26 +98,46 @@ class FireTest:
         """March to `time`, s; where the march has to stop, the last good state stays."""
         if not self.status.ok:
             return self.status
-        self.heat.advance(time, self._look)
+        seen: list[tuple[float, Array, float]] = []
+        if self.measured is not None:
+            self._before = self.heat.save()
+        self.heat.advance(time, lambda: self._read(seen))
         if not np.isfinite(self.heat.temperature).all():
             self._broken = Status(
                 State.NOT_FINITE, f"stopped at {self.time:.3f} s: a temperature is not finite"
             )
+        if self.status.ok or self.measured is None:
+            self._judge(seen)  # a tick that may be undone, see go_on, is not judged
         return self.status
 
+    def go_on(self) -> bool:
+        """After a stop, be where this tick began, for what the furnace measures now; whether that can be.
+
+        Only a measured furnace may do otherwise at the same time: all else would stop there again.
+        """
+        if self.status.ok or self._before is None:
+            return False
+        steps, rejected = self.heat.steps, self.heat.rejected
+        self.heat.restore(self._before)
+        self.heat.steps, self.heat.rejected = steps, rejected
+        self._broken = Status()
+        self._read([])
+        return True
+
     def _look(self) -> None:
+        """Judge the state as it is now."""
+        seen: list[tuple[float, Array, float]] = []
+        self._read(seen)
+        self._judge(seen)
+
+    def _read(self, seen: list[tuple[float, Array, float]]) -> None:
+        """Note what the criteria judge: time, readings, radiation."""
         temperature = self.heat.temperature
-        if not np.isfinite(temperature).all():
-            return
-        self.readings = self.probes.read(temperature)
-        self.criteria.watch(self.time, self.readings, self._radiometer.read(temperature))
-        self.criteria.watch_furnace(self.time, self.heat.furnace)
+        if np.isfinite(temperature).all():
+            self.readings = self.probes.read(temperature)
+            seen.append((self.time, self.readings, self._radiometer.read(temperature)))
 
-
-def believable(temperature: float) -> str:
-    """Why a measured temperature, °C, is refused, or nothing."""
-    if not np.isfinite(temperature):
-        return "not finite"
-    if not ABSOLUTE_ZERO < temperature <= HOTTEST:
-        return "not a furnace's temperature"
-    return ""
+    def _judge(self, seen: list[tuple[float, Array, float]]) -> None:
+        for time, readings, radiated in seen:
+            self.criteria.watch(time, readings, radiated)
+            self.criteria.watch_furnace(time, self.heat.furnace)

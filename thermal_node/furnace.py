@@ -9,13 +9,14 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .log_file import plain_name, read_columns
-from .scene import SceneError
+from .scene import Scene, SceneError
+from .standards import STANDARDS
 
 if TYPE_CHECKING:
     from .schema import FurnacePart
@@ -171,10 +172,12 @@ class Measured:
         return True
 
     def thermocouples(self, time: float) -> Array:
-        """Each thermocouple (m,), °C, at a time, s."""
+        """Each thermocouple that reads (m,), °C, at a time, s."""
         if self.each is None:
             return np.array([self(time)])
-        return np.array([np.interp(time, self.time, one) for one in self.each.T])
+        found = np.array([np.interp(time, self.time, one) for one in self.each.T])
+        read = found[np.isfinite(found)]
+        return read if len(read) else np.array([self(time)])
 
     def __call__(self, time: float) -> float:
         if not self.time:
@@ -335,6 +338,29 @@ def _furnace_columns(named: dict[str, str]) -> list[str]:
     return [n for n, plain in named.items() if plain.startswith("temp") and not other(plain)]
 
 
+def log_path(part: FurnacePart, source: str) -> Path:
+    """Where a scene's log lies: beside the scene, unless its path is absolute."""
+    path = Path(part.file or "")
+    return Path(source).parent / path if source and not path.is_absolute() else path
+
+
+def with_its_log(scene: Scene) -> Scene:
+    """The scene with the log of its furnace in it, and no longer beside it; raises SceneError."""
+    part = scene.furnace
+    if part.file is None:
+        return scene
+    curve = STANDARDS[scene.criteria.standards[0]].curve
+    log = read_log(log_path(part, scene.source), part.longest_gap, curve)
+    held: dict[str, Any] = {"file": None, "time": tuple(log.time)}
+    if log.each is None:
+        held["temperature"] = tuple(log.temperature)
+    else:
+        held["thermocouples"] = tuple(
+            tuple(float(v) if np.isfinite(v) else None for v in one) for one in log.each.T
+        )
+    return scene.model_copy(update={"furnace": part.model_copy(update=held)})
+
+
 def furnace_of(part: FurnacePart, source: str, curve: str | None = None) -> Furnace:
     """The furnace that a scene asks for; raises SceneError where a log can't be used.
 
@@ -346,14 +372,11 @@ def furnace_of(part: FurnacePart, source: str, curve: str | None = None) -> Furn
         made = Constant(part.temperature)
     elif part.curve == "measured":
         if part.file is not None:
-            path = Path(part.file)
-            if not path.is_absolute() and source:
-                path = Path(source).parent / path
-            made = read_log(path, part.longest_gap, curve)
+            made = read_log(log_path(part, source), part.longest_gap, curve)
         else:
             made = checked_log(
                 part.time or (),
-                part.temperature if isinstance(part.temperature, tuple) else (),
+                _temperatures(part),
                 part.longest_gap,
                 f"{source}: furnace",
                 curve,
@@ -365,3 +388,10 @@ def furnace_of(part: FurnacePart, source: str, curve: str | None = None) -> Furn
 
         made = LumpedFurnace(made, part.burners)
     return made
+
+
+def _temperatures(part: FurnacePart) -> Array:
+    """What a scene holds of a log: (K,), or (K, m) of several thermocouples, NaN where one did not read."""
+    if part.thermocouples is not None:
+        return np.array(part.thermocouples, dtype=float).T
+    return np.array(part.temperature if isinstance(part.temperature, tuple) else ())

@@ -17,15 +17,20 @@ from flexsim_msgs.msg import (
 )
 from flexsim_ros import (
     OF_ROS,
+    QUIT,
     Entity,
     SimulationServices,
+    SimulatorStatus,
+    StatusPublisher,
     declare_parameters,
     given_parameters,
     named,
+    others,
     run_node,
     spin_through,
 )
 from flexsim_ros.entities import STATIC_OBJECT
+from flexsim_ros.published_scene import scene_text
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
@@ -37,11 +42,13 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image, PointCloud2, Temperature
 from simulation_interfaces.msg import EntityState
+from std_msgs.msg import String
 
 from . import conversions
 from .background_deformation import BackgroundDeformation
 from .fire_test import FireTest
-from .realtime import Loop, Output
+from .furnace import with_its_log
+from .realtime import SECOND, Loop, Output
 from .scene import Scene, SceneError, load_scene
 from .settings import CHANGEABLE, OVERRIDE, SettingError, Settings, meanings, settings
 
@@ -70,6 +77,8 @@ class ThermalNode(Node):
         # What never changes goes out first: whoever waits for it need not wait for the kernels.
         self._mesh = self.create_publisher(LeafMesh, "door/mesh", LATCHED)
         self._mesh.publish(conversions.leaf_mesh(self.test))
+        self._scenes = self.create_publisher(String, "~/scene", LATCHED)
+        self._publish_scene()
         publisher, queue = self.create_publisher, QUEUE
         self._furnace = publisher(Temperature, "furnace/temperature", queue)
         self._thermocouples = publisher(Thermocouples, "door/thermocouples", queue)
@@ -80,6 +89,7 @@ class ThermalNode(Node):
         self._clocks = publisher(Clock, "/clock", queue) if given.publish_clock else None
         deflections = self.create_publisher(LeafDeflection, "door/deflection", QUEUE)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        self._status = StatusPublisher(self)
         self.test.warm()
         self.loop = Loop(
             self.test,
@@ -88,15 +98,19 @@ class ThermalNode(Node):
             self._outputs(),
             duration=given.duration,
             wait_for_furnace=given.wait_for_furnace,
+            limits=given.limits,
             deformation=deformation,
             deflection_period=given.deflection_period,
             bent=lambda bent: deflections.publish(conversions.leaf_deflection(bent)),
         )
         hearing = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self.create_subscription(Temperature, "furnace/measured_temperature", self._on_measured, hearing)
+        measured = self.create_subscription(
+            Temperature, "furnace/measured_temperature", self._on_measured, hearing
+        )
+        self._measured_topic = measured.topic_name
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self.publish_diagnostics, clock=steady)
-        self._said = ""
+        self._said, self._resumed = "", 0
         self.troubles = 0  # inputs that came to nothing
         leaf = Entity(scene.name, STATIC_OBJECT, f"fire door, {scene.solver.model}", ("door",))
         self.simulation = SimulationServices(
@@ -118,6 +132,19 @@ class ThermalNode(Node):
         declare_parameters(self, values, about, CHANGEABLE)
         self.add_on_set_parameters_callback(self._change)
         return found
+
+    def _publish_scene(self, now: int = 0, ticks: int = 0) -> None:
+        """Say what is simulated, whole: its file may be changed, or be another one elsewhere."""
+        told = scene_text(
+            NAME,
+            self.test.scene.model_dump(exclude={"source"}),
+            {name: getattr(self.settings, name) for name in meanings()},
+            overrides=self.settings.override,
+            file=self.settings.scene,
+            since=now / SECOND,
+            ticks=ticks,
+        )
+        self._scenes.publish(String(data=told))
 
     def _outputs(self) -> list[Output]:
         """What is published, in this order."""
@@ -159,25 +186,36 @@ class ThermalNode(Node):
         if given.publish_clock and self._clocks is None:
             self._clocks = self.create_publisher(Clock, "/clock", QUEUE)
         outputs = self._outputs()
+        self.loop.plausibility.limits = given.limits
         self.loop.ask(lambda: self.loop.change(given.pace, given.duration, outputs))
+        self._publish_scene(self.loop.time, self.loop.ticks)
         return SetParametersResult(successful=True)
 
     def _on_measured(self, message: Temperature) -> None:
-        reason = self.loop.measure(message.temperature)
-        if reason:
+        refusal = self.loop.measure(message.temperature)
+        if refusal is not None:
             count = self.loop.report.refused.total()
             self.get_logger().warning(
-                f"refused a measured temperature, {message.temperature:g}: {reason}; give degrees"
-                f" Celsius ({count} refused before)",
+                f"refused a measured temperature, {message.temperature:g} °C: {refusal.sentence}"
+                f" ({count} refused before)",
                 throttle_duration_sec=1.0,
             )
+
+    def say_status(self, phase: str = "") -> None:
+        """Tell whoever waits for the door whether its time goes on; `phase` where it is not the loop's."""
+        loop, resets = self.loop, self.loop.resets  # first: a stop that is told is never of an earlier run
+        phase = phase or loop.phase
+        self._status.say(
+            SimulatorStatus(phase, loop.trouble, loop.time / SECOND, resets, scene=self.test.scene.name)
+        )
 
     def publish_diagnostics(self, *, last: bool = False) -> None:
         """Say how it goes; the last time wait a moment until it is heard."""
         report = self.loop.report
         name, timeout = self.test.scene.name, self.settings.furnace_timeout
         pace = self.settings.pace_in_words
-        said = conversions.diagnostics(report, name, pace, timeout, self.troubles)
+        furnaces = others(self, [self._measured_topic])
+        said = conversions.diagnostics(report, name, pace, timeout, self.troubles, furnaces)
         self._diagnostics.publish(named(said, self))
         if last:
             self._diagnostics.wait_for_all_acked(Duration(seconds=0.5))
@@ -186,6 +224,12 @@ class ThermalNode(Node):
                 f"no measured furnace temperature for {report.stale:.0f} s; the last one,"
                 f" {report.furnace:.1f} degrees Celsius, holds",
                 throttle_duration_sec=10.0,
+            )
+        if report.resumed > self._resumed:
+            self._resumed = report.resumed
+            self.get_logger().warning(
+                f"{name} goes on at {report.exposure:g} s with the furnace at {report.furnace:.1f} degrees"
+                f" Celsius, after it had stopped ({report.resumed} times in all)"
             )
         if report.phase != self._said:
             self._said = report.phase
@@ -203,7 +247,7 @@ def load_burning(given: Settings) -> Scene:
             f"{given.scene}: solver.model: is 'steady', which has no time to go through;"
             " give full, column_rim or column"
         )
-    return scene
+    return with_its_log(scene)
 
 
 def output(test: FireTest, every: int, publisher: Any, convert: Callable[[FireTest, int], Any]) -> Output:
@@ -224,9 +268,11 @@ def run(node: ThermalNode, asked: list[int]) -> int:
     try:
         while not (asked or node.simulation.quit_asked or node.loop.ended.is_set()):
             node.troubles += bool(spin_through(node, executor, SPIN_PERIOD))
+            node.say_status()
     finally:
         node.loop.stop()
         spin_through(node, executor, LAST_ANSWERS)
+        node.say_status(QUIT)
         node.publish_diagnostics(last=True)
         node.simulation.close()
         executor.shutdown()

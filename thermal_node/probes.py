@@ -209,7 +209,8 @@ class Radiometer:
 class InfraredView:
     """The unexposed face as rows of pixels, row 0 on top, seen from the unexposed side.
 
-    From there +x is on the left. height, width : pixels; emissivity-corrected, so true °C.
+    Whoever looks against +z, with +y up, has +x on the right: column 0 is at -x, the left edge of the probes'
+    names. height, width : pixels; emissivity-corrected, so true °C.
     """
 
     def __init__(self, model: DoorModel, width: int = 96) -> None:
@@ -217,7 +218,7 @@ class InfraredView:
         self.width = width
         self.height = max(1, round(width * leaf.height / leaf.width))
         whole = whole_leaf(model.mesh, leaf.width, leaf.height)
-        x = 0.5 * leaf.width * (1.0 - (2.0 * np.arange(self.width) + 1.0) / self.width)
+        x = 0.5 * leaf.width * ((2.0 * np.arange(self.width) + 1.0) / self.width - 1.0)
         y = 0.5 * leaf.height * (1.0 - (2.0 * np.arange(self.height) + 1.0) / self.height)
         self._across = _dense(whole.x, x)
         self._up = _dense(whole.y, y)

@@ -17,7 +17,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from .background_deformation import BackgroundDeformation, Bent
-from .fire_test import FireTest, believable
+from .fire_test import FireTest
+from .plausibility import Limits, Plausibility, Refusal
 
 SECOND = 1_000_000_000
 # A deadline missed by less is made up for; beyond this the lost time stays lost.
@@ -52,6 +53,7 @@ class Report:
     lost : by how much the door is behind its pace for good
     tick_worst : longest time for a tick, publishing included
     stale : since the last measured temperature; measured : whether one drives the furnace
+    resumed : how often the march went on after a stop, with what the furnace measured then
     """
 
     phase: str = "waiting"
@@ -73,6 +75,7 @@ class Report:
     tolerance: str = ""
     accepted: int = 0
     refused: Counter[str] = field(default_factory=Counter)
+    resumed: int = 0
     deflections: int = 0
     deflections_skipped: int = 0
     deformation_failure: str = ""
@@ -105,6 +108,8 @@ class Loop:
         Of exposure, after which time stands still; 0 for never.
     wait_for_furnace : bool
         Time stands still until the first measured temperature.
+    limits : Limits
+        Which measured temperatures are believed.
     deformation : BackgroundDeformation or None
         Given the temperatures every `deflection_period` s; what it solved goes to `bent`.
     """
@@ -118,6 +123,7 @@ class Loop:
         *,
         duration: float = 0.0,
         wait_for_furnace: bool = False,
+        limits: Limits | None = None,
         deformation: BackgroundDeformation | None = None,
         deflection_period: float = 30.0,
         bent: Callable[[Bent], None] = lambda _: None,
@@ -128,15 +134,18 @@ class Loop:
         self.outputs = list(outputs)
         self.report = Report()
         self.failure: Exception | None = None
+        self.resets = 0  # to the cold door
         self.ended = threading.Event()
         self._duration = duration or math.inf
         self._wait = wait_for_furnace
+        self.plausibility = Plausibility(limits or Limits())
         self._deformation = deformation
         self._deflection_every = max(1, round(deflection_period * rate))
         self._bent = bent
         # The mailbox: the latest measured temperature wins.
         self._measured: float | None = None
         self._accepted = 0
+        self._resumed = 0
         self._refused: Counter[str] = Counter()
         self._requests: SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = SimpleQueue()
         self._wake = threading.Event()
@@ -174,17 +183,22 @@ class Loop:
         if self._deformation is not None:
             self._deformation.stop()
 
-    def measure(self, temperature: float) -> str:
-        """Hand over a measured furnace temperature, °C; why it is refused, or nothing."""
-        reason = believable(temperature)
-        if reason:
-            self._refused[reason] += 1
+    def measure(self, temperature: float) -> Refusal | None:
+        """Hand over a measured furnace temperature, °C; why it is refused, or None."""
+        refusal = self.plausibility.check(self.test.time, temperature)
+        if refusal is not None:
+            self._refused[refusal.reason] += 1
         else:
             self._accepted += 1
             self._measured = temperature
-            if self._wait:
+            if self._wait or not self.test.status.ok:
                 self._wake.set()
-        return reason
+        return refusal
+
+    @property
+    def ticks(self) -> int:
+        """How many there were since the start, over all resets."""
+        return self._all_ticks
 
     @property
     def trouble(self) -> str:
@@ -192,6 +206,21 @@ class Loop:
         if not self.test.status.ok:
             return f"the march has stopped: {self.test.status.reason}"
         return "the test has ended" if self._over() else ""
+
+    @property
+    def hindrance(self) -> str:
+        """Why steps can't be taken now, or nothing."""
+        if self._waiting() and not self.trouble:
+            return (
+                "it waits for the first measured temperature (wait_for_furnace);"
+                " send one on furnace/measured_temperature"
+            )
+        return self.trouble
+
+    @property
+    def shortage(self) -> str:
+        """Why fewer steps were taken than were asked for the last time, or nothing."""
+        return self.hindrance
 
     def pause(self) -> Future[None]:
         """Let time stand still after the tick it is in."""
@@ -234,7 +263,9 @@ class Loop:
             if state:
                 self.test.reset()
                 self._measured = None
+                self.plausibility.forget()
                 self._ticks, self._submitted = 0, -1
+                self.resets += 1
                 if self._deformation is not None:
                     self._deformation.forget()
             self._offset += stamp - self.time
@@ -276,6 +307,8 @@ class Loop:
                     self._count(self._job)
                     continue
                 self._end_job()
+                if self._measured is not None and not self._paused and self.test.go_on():
+                    self._resumed += 1
                 if self._standing():
                     self._settle()
                     if _now() >= repeat:
@@ -395,7 +428,9 @@ class Loop:
             if everything or self._ticks % output.every == 0:
                 output.publish(stamp)
 
-    def _phase(self) -> str:
+    @property
+    def phase(self) -> str:
+        """What it does now: waiting, running, paused, ended, or stopped by the solver."""
         if not self.test.status.ok:
             return "stopped"
         if self._paused:
@@ -409,7 +444,7 @@ class Loop:
         period = 1.0 / (self.rate * self.pace) if math.isfinite(self.pace) else 0.0
         elapsed = max(self._busy, self._all_ticks * period)
         self.report = Report(
-            phase=self._phase(),
+            phase=self.phase,
             status="ok" if test.status.ok else test.status.reason,
             time=self.time / SECOND,
             exposure=test.time,
@@ -428,6 +463,7 @@ class Loop:
             tolerance=test.tolerance.broken,
             accepted=self._accepted,
             refused=self._refused.copy(),
+            resumed=self._resumed,
             deflections=deformation.solved if deformation else 0,
             deflections_skipped=deformation.skipped if deformation else 0,
             deformation_failure=deformation.failure if deformation else "",

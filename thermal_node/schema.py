@@ -34,6 +34,7 @@ from .size import too_large
 from .supports import mechanism
 
 Series = tuple[Number, ...]
+Readings = tuple[Annotated[float | None, BeforeValidator(lambda v: None if v is None else number(v))], ...]
 RESERVED = ("ftp_", "en_", "en1_", "ul_", "astm_", "unexposed_")
 """Beginnings of names that the standards' points, and what is read of the whole face, have."""
 
@@ -182,7 +183,8 @@ class FurnacePart(Part):
     """What heats the exposed face.
 
     curve : a standard's curve, `constant`, or `measured` (a CSV `file` with columns time and
-        temperature, or `time` in s and `temperature` in °C here)
+        temperature, or here `time` in s and `temperature` in °C, or `thermocouples`)
+    thermocouples : °C, one row each, null where it did not read; their mean heats the door, each is judged
     longest_gap : s between two measured values that is bridged straight; longer is refused
     burners : a lumped furnace that follows the curve, instead of the curve itself
     """
@@ -201,6 +203,7 @@ class FurnacePart(Part):
     ] = "iso_834"
     temperature: Temperature | Series | None = None
     time: Series | None = None
+    thermocouples: Annotated[tuple[Readings, ...], Field(min_length=1)] | None = None
     file: str | None = None
     longest_gap: Positive = 60.0
     burners: Burners | None = None
@@ -213,9 +216,21 @@ class FurnacePart(Part):
         elif self.curve == "measured":
             if (self.file is None) == (self.time is None):
                 raise ValueError("has no measurement; give file, or time and temperature")
-        elif self.temperature is not None or self.time is not None or self.file is not None:
+            if self.thermocouples is not None:
+                self._rows(self.thermocouples)
+        elif any(v is not None for v in (self.temperature, self.time, self.file, self.thermocouples)):
             raise ValueError(f"has a {self.curve} curve and a temperature; give curve: constant or measured")
         return self
+
+    def _rows(self, thermocouples: tuple[Readings, ...]) -> None:
+        if self.time is None or self.temperature is not None:
+            raise Misplaced(("thermocouples",), "stand beside time, in place of temperature and of file")
+        for n, row in enumerate(thermocouples):
+            if len(row) != len(self.time):
+                raise Misplaced(
+                    ("thermocouples", n),
+                    f"has {len(row)} readings for {len(self.time)} times; give one a time, or null",
+                )
 
 
 class SurfacePart(Part):

@@ -9,14 +9,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from .plausibility import Limits
+
 OVERRIDE = "override."
-CHANGEABLE = ("time_scale", "duration", "furnace_timeout", "field_rate", "publish_clock")
+CHANGEABLE = (
+    "time_scale",
+    "duration",
+    "furnace_timeout",
+    "furnace_lowest",
+    "furnace_highest",
+    "furnace_rate",
+    "furnace_jump",
+    "furnace_confirmations",
+    "field_rate",
+    "publish_clock",
+)
 """What may be set while the node runs."""
 WHOLE = 1e-6
 """How far a period may be from a whole number of ticks."""
 SLOWEST, FASTEST = 1e-6, 1e9
 """Simulated over real time."""
-KINDS = {str: "text", float: "a number", bool: "true or false"}
+KINDS = {str: "text", float: "a number", bool: "true or false", int: "a whole number"}
 
 
 class SettingError(ValueError):
@@ -40,7 +53,25 @@ class Settings:
     publish_clock: bool = _setting(False, "whether to publish /clock")
     wait_for_furnace: bool = _setting(False, "whether time stands still until the first measured temperature")
     furnace_timeout: float = _setting(10.0, "s without a measured temperature after which it is called stale")
+    furnace_lowest: float = _setting(-40.0, "°C; a measured temperature below it is refused")
+    furnace_highest: float = _setting(1360.0, "°C; a measured temperature above it is refused")
+    furnace_rate: float = _setting(50.0, "K/s that a measured temperature may change; 0.0: any")
+    furnace_jump: float = _setting(60.0, "K that it may be off besides, however soon it comes")
+    furnace_confirmations: int = _setting(
+        5, "measured temperatures in a row that agree after which a change that is too fast is believed"
+    )
     override: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def limits(self) -> Limits:
+        """Which measured temperatures are believed."""
+        return Limits(
+            self.furnace_lowest,
+            self.furnace_highest,
+            self.furnace_rate,
+            self.furnace_jump,
+            self.furnace_confirmations,
+        )
 
     @property
     def pace(self) -> float:
@@ -85,6 +116,17 @@ def settings(given: Mapping[str, Any]) -> Settings:
         amount = getattr(found, name)
         if not (math.isfinite(amount) and amount >= 0.0):
             raise SettingError(f"{name} is {amount:g}; give seconds, zero or more")
+    for name, unit in (("furnace_rate", "K/s"), ("furnace_jump", "K")):
+        amount = getattr(found, name)
+        if not (math.isfinite(amount) and amount >= 0.0):
+            raise SettingError(f"{name} is {amount:g}; give {unit}, zero or more")
+    if not -274.0 < found.furnace_lowest < found.furnace_highest <= 3000.0:
+        raise SettingError(
+            f"furnace_lowest, furnace_highest are {found.furnace_lowest:g}, {found.furnace_highest:g};"
+            " give degrees Celsius from -273 to 3000, the lowest first"
+        )
+    if found.furnace_confirmations < 1:
+        raise SettingError(f"furnace_confirmations is {found.furnace_confirmations}; give 1 or more")
     if found.pace != math.inf and not SLOWEST <= found.time_scale <= FASTEST:
         raise SettingError(
             f"time_scale is {found.time_scale:g}; give {SLOWEST:g} to {FASTEST:g},"

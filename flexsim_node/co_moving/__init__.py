@@ -32,7 +32,7 @@ space when it is compiled.
 from __future__ import annotations
 
 from ..kernel import kernel
-from . import plane, space
+from . import elastic_motion, plane, space
 
 
 @kernel
@@ -108,3 +108,9 @@ def stiffness_times_as(dofs, chain, work, y, scale, out):
         plane.stiffness_times(chain, work, y, scale, out)
     else:
         space.stiffness_times(chain, work, y, scale, out)
+
+
+@kernel
+def momenta(chain, work, y, out):
+    """Add M y to out (n,), for Rayleigh's alpha."""
+    elastic_motion.momenta(chain.dofs, chain, work, y, out)

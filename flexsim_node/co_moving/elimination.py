@@ -102,7 +102,7 @@ def section_bodies(chain, work, n, dofs):
     zero[:] = 0.0
     inertia[:] = 0.0
     for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
-        rigid_body.inertia_coupling(chain.body[k], 0.0, zero, coupling, inertia, work.scratch)
+        rigid_body.inertia_coupling(chain.body[k], 0.0, zero, 0.0, coupling, inertia, work.scratch)
     b = len(dofs)
     z = work.square
     for j in range(b):

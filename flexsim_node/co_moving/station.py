@@ -23,7 +23,7 @@ def element_rows(dofs, work, i, kind, out):
 
 @kernel
 def wrench_beyond(chain, work, i, m, e, frame, rows, rates, accelerations, t, scratch, out):
-    """Write the wrench (6,) about its carrier that element m, e (13,), and all beyond its end, node i, need.
+    """Write the wrench (6,) about its carrier that element m, e (14,), and all beyond its end, node i, need.
 
     The last gather has left what is beyond in work.section_wrench.  m is -1 where a link has no element.
     """

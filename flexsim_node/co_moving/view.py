@@ -155,7 +155,7 @@ def energy(dofs, chain, work, x, v, out):
             coupling[:] = 0.0
             inertia[:] = 0.0
             for k in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
-                rigid_body.inertia_coupling(chain.body[k], 0.0, zero, coupling, inertia, t)
+                rigid_body.inertia_coupling(chain.body[k], 0.0, zero, 0.0, coupling, inertia, t)
             out[0] += kinetic(w, coupling[:6], inertia, zero)
             out[2] -= inertia[0, 0] * height[i] + inertia[1, 5] * g[0] - inertia[0, 5] * g[1]
             out[2] -= inertia[0, 4] * g[2]

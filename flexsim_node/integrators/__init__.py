@@ -1,7 +1,8 @@
 """Time integration, one method a file, each with the same `step`.
 
 What a method sets to begin is in its step as well, since each kernel that is called from Python is compiled
-with all that it calls.  CARRIES_ACCELERATION: whether a method keeps the acceleration from step to step.
+with all that it calls.  SMOOTHING: of the accelerations that sensors read, see end_acceleration.py; None
+where they are the method's own.
 """
 
 from . import generalized_alpha, rosenbrock_w, runge_kutta_4

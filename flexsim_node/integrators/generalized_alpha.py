@@ -1,7 +1,11 @@
 """Generalized-alpha method (Chung & Hulbert, J. Appl. Mech. 60 (1993) 371): implicit, second order.
 
 Equilibrium is met at the point alpha_f between start and end of the step by modified Newton iterations on
-the end's acceleration; `option` is the spectral radius at infinite frequency.
+the end's acceleration; `option` is the spectral radius at infinite frequency.  Coulomb friction is one force
+a step, which obeys its law at the rates of the step's end (friction.py).
+
+The accelerations that the method carries belong to a time alpha_f - alpha_m steps before the end (Arnold &
+Bruels, Multibody Syst. Dyn. 18 (2007) 185); those of the end are extrapolated from the last two.
 """
 
 from __future__ import annotations
@@ -18,14 +22,16 @@ from ..acceleration import (
     finite,
 )
 from ..chain import BETA
-from ..closure import close, keep_closed
-from ..dynamics import residual
+from ..closure import keep_closed
+from ..dynamics import imbalance
+from ..external import load_at
 from ..factorization import factorize, set_scale, solve
+from ..friction import close_resting, rub, rub_by_rate, stand_still, stay
 from ..kernel import kernel
 from ..watch import valid
 
 ORDER = 2
-CARRIES_ACCELERATION = True
+SMOOTHING = None  # its accelerations are means over a step: a held load's jumps leave nothing in them
 NEWTON_STEPS = 10
 SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no further Newton step
 
@@ -35,7 +41,11 @@ def start(robot):
     """Set the method's memory, the acceleration, from a state.  Returns a status."""
     chain, work, x, v, a = robot.chain, robot.work, robot.x, robot.v, robot.work.memory
     drive_joints(chain, work, robot.motion[0], x, v, a)
-    return acceleration(chain, work, x, v, robot.torque[0], a)
+    load_at(work, 0.0)
+    status = acceleration(chain, work, x, v, robot.torque[0], a)
+    for i in range(x.size):
+        work.arrival[i] = a[i]
+    return status
 
 
 @kernel
@@ -65,21 +75,26 @@ def step(robot, h, option, begin):
     for i in range(n):
         an[i] = a[i]
     size = 0.0
-    for _ in range(NEWTON_STEPS):
+    for k in range(NEWTON_STEPS):
         for i in range(n):
             xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
             ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
         drive_joints(chain, work, motion[2], xe, ve, an)
+        if k == 0:
+            rub_by_rate(chain.coulomb, chain, work, ve)
         for i in range(n):
             xm[i] = (1.0 - f) * xe[i] + f * x[i]
             vm[i] = (1.0 - f) * ve[i] + f * v[i]
             am[i] = (1.0 - m) * an[i] + m * a[i]
         between(torque, f, mean)
-        residual(chain, work, xm, vm, am, mean, rhs)
+        load_at(work, 1.0 - f)
+        imbalance(chain, work, xm, vm, am, mean, rhs)
         if factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)
         keep_closed(chain.loops, chain, work, vm, da, 1.0)
+        if not rub(chain.coulomb, chain, work, ve, da, gamma * h / (1.0 - m), 1.0, ve, 0.0):
+            return NOT_CONVERGED
         size = 0.0
         for i in range(n):
             da[i] /= 1.0 - m
@@ -95,15 +110,19 @@ def step(robot, h, option, begin):
     for i in range(n):
         xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
         ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
+    stay(chain.coulomb, chain, work, x, v, xe)
     drive_joints(chain, work, motion[2], xe, ve, an)
     if not finite(chain, xe, ve):
         return NOT_FINITE
-    if not close(chain.loops, chain, work, xe, ve, rhs):
+    if not close_resting(chain.coulomb, chain.loops, chain, work, xe, ve, rhs):
         return LOOP_OPEN
+    stand_still(chain.coulomb, chain, work, ve)
     if not valid(chain, work):
         return NOT_VALID
     for i in range(n):
+        work.arrival[i] = an[i] + (f - m) * (an[i] - a[i])
         x[i], v[i], a[i] = xe[i], ve[i], an[i]
+    drive_joints(chain, work, motion[2], xe, ve, work.arrival)
     return OK
 
 

@@ -16,6 +16,11 @@ stage is O(h^2) off and the order stays two for any C and K: a W-method in the s
 Where q follows the links' chords the second stage's factorisation serves the next step's first stage as well
 (0.29 h away); elsewhere q swings with the elastic modes and that is not accurate enough.
 
+Coulomb friction obeys its law at the rates of the step's end (friction.py), which are the second stage's; the
+first stage takes v + h A1 for them, so that a joint stops without turning round. Smooth friction obeys at
+either stage's.
+
+
 Loops: each stage's acceleration keeps them closed in its second derivative, and the end of the step is
 closed in position and velocity, corrections of third order in h that leave the method's order as it is.
 
@@ -39,15 +44,19 @@ from ..acceleration import (
     finite,
 )
 from ..chain import ALPHA, BETA, COORDINATES, KEEP
-from ..closure import close, keep_closed
-from ..dynamics import residual
+from ..closure import keep_closed
+from ..dynamics import imbalance
+from ..external import load_at
 from ..factorization import factorize, set_scale, solve
+from ..friction import close_resting, rub, rub_by_rate, stand_still, stay
 from ..kernel import kernel
 from ..watch import valid
 
 GAMMA = 1.0 - 1.0 / sqrt(2.0)
 ORDER = 2
-CARRIES_ACCELERATION = True
+# of a mode's response to a held load that jumps by the same in every step, what is missing in the stage's
+# acceleration is half the jump over m (1 + g c + g^2 k), with this times h for g (end_acceleration.py)
+SMOOTHING = GAMMA * GAMMA
 NEWTON_STEPS = 10
 SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no further Newton step
 
@@ -64,22 +73,25 @@ def choose_matrix(chain, work, h):
 
 
 @kernel
-def stage(chain, work, x, v, torque, motion, gh, a, fresh):
+def stage(chain, work, x, v, torque, motion, gh, a, fresh, before, lag):
     """Correct a stage's acceleration a by Newton steps; x, v (predicted with a) are corrected with it.
 
     One step does for motion that the predictor follows; where a torque jumps, more are taken.  Unless `fresh`
-    the first of them keeps the last factorisation.
+    the first of them keeps the last factorisation.  `before` and `lag` as in `rub`.
     """
     rhs, da = work.vector[1], work.vector[2]
     damped = 1.0 / (1.0 + gh * chain.setting[ALPHA])
     m = int(chain.setting[COORDINATES])
     drive_joints(chain, work, motion, x, v, a)
+    rub_by_rate(chain.coulomb, chain, work, v)
     for k in range(NEWTON_STEPS):
-        residual(chain, work, x, v, a, torque, rhs)
+        imbalance(chain, work, x, v, a, torque, rhs)
         if (fresh or k > 0) and factorize(chain, work) != 0:
             return SINGULAR
         solve(chain, work, rhs, da)
         keep_closed(chain.loops, chain, work, v, da, damped)
+        if not rub(chain.coulomb, chain, work, v, da, gh, damped, before, lag):
+            return NOT_CONVERGED
         size = 0.0
         for i in range(x.size):
             # alpha M acts on the elastic rates alone: the same matrix with the elastic columns scaled
@@ -110,7 +122,11 @@ def start(robot, h):
         a[i] = 0.0
         v1[i] = v[i]
         x1[i] = x[i] + gh * v[i]
-    return stage(chain, work, x1, v1, robot.torque[0], robot.motion[0], gh, a, True)
+    load_at(work, 0.0)
+    status = stage(chain, work, x1, v1, robot.torque[0], robot.motion[0], gh, a, True, v, 0.0)
+    for i in range(x.size):
+        work.arrival[i] = a[i]
+    return status
 
 
 @kernel
@@ -133,7 +149,8 @@ def step(robot, h, option, begin):
     for i in range(n):
         v1[i] = v[i] + gh * a[i]
         x1[i] = x[i] + gh * v1[i]
-    status = stage(chain, work, x1, v1, work.drive[0], work.drive[1:], gh, a, fresh)
+    load_at(work, GAMMA)
+    status = stage(chain, work, x1, v1, work.drive[0], work.drive[1:], gh, a, fresh, v, 1.0 - GAMMA)
     if status != OK:
         return status
     for i in range(n):
@@ -141,18 +158,21 @@ def step(robot, h, option, begin):
         x2[i] = x[i] + rest * v1[i]
         v2[i] += gh * a[i]
         x2[i] += gh * v2[i]
-    status = stage(chain, work, x2, v2, torque[2], motion[2], gh, a, True)
+    load_at(work, 1.0)
+    status = stage(chain, work, x2, v2, torque[2], motion[2], gh, a, True, v, 0.0)
     if status != OK:
         return status
+    stay(chain.coulomb, chain, work, x, v, x2)
     drive_joints(chain, work, motion[2], x2, v2, a)
     if not finite(chain, x2, v2):
         return NOT_FINITE
-    if not close(chain.loops, chain, work, x2, v2, work.vector[1]):
+    if not close_resting(chain.coulomb, chain.loops, chain, work, x2, v2, work.vector[1]):
         return LOOP_OPEN
+    stand_still(chain.coulomb, chain, work, v2)
     if not valid(chain, work):
         return NOT_VALID
     for i in range(n):
-        x[i], v[i], work.memory[i] = x2[i], v2[i], a[i]
+        x[i], v[i], work.memory[i], work.arrival[i] = x2[i], v2[i], a[i], a[i]
     return OK
 
 

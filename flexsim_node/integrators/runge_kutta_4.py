@@ -1,14 +1,29 @@
-"""Classical Runge-Kutta method of order four; explicit: stable only below 2.8 / highest frequency."""
+"""Classical Runge-Kutta method of order four; explicit: stable only below 2.8 / highest frequency.
+
+A joint's Coulomb friction keeps its direction over a step.  A joint that turns round in it stops at its end,
+if friction can hold it.  Smooth friction (`coulomb_speed`) that is too steep for the step ends the run.
+"""
 
 from __future__ import annotations
 
-from ..acceleration import LOOP_OPEN, NOT_FINITE, NOT_VALID, OK, acceleration, drive_joints, finite
-from ..closure import close
+from ..acceleration import (
+    FRICTION_TOO_STIFF,
+    LOOP_OPEN,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    NOT_VALID,
+    OK,
+    acceleration_sliding,
+    drive_joints,
+    finite,
+)
+from ..external import load_at
+from ..friction import close_resting, rub_by_rate, stand_still, stop
 from ..kernel import kernel
 from ..watch import valid
 
 ORDER = 4
-CARRIES_ACCELERATION = False
+SMOOTHING = 0.0  # it follows every mode that it can step
 
 
 @kernel
@@ -26,10 +41,12 @@ def step(robot, h, option, begin):
     n = x.size
     for i in range(n):
         x2[i], v2[i], dx[i], dv[i] = x[i], v[i], 0.0, 0.0
+    rub_by_rate(chain.coulomb, chain, work, v)
     for stage in range(4):
         at = 0 if stage == 0 else (2 if stage == 3 else 1)
         drive_joints(chain, work, motion[at], x2, v2, k)
-        status = acceleration(chain, work, x2, v2, torque[at], k)
+        load_at(work, 0.5 * at)
+        status = acceleration_sliding(chain, work, x2, v2, torque[at], k)
         if status != OK:
             return status
         weight = h / 6.0 if at != 1 else h / 3.0
@@ -40,11 +57,17 @@ def step(robot, h, option, begin):
             x2[i], v2[i] = x[i] + reach * v2[i], v[i] + reach * k[i]
     for i in range(n):
         x2[i], v2[i] = x[i] + dx[i], v[i] + dv[i]
+    found, resolved = stop(chain.coulomb, chain, work, x2, v2, h)
+    if not resolved:
+        return FRICTION_TOO_STIFF
+    if not found:
+        return NOT_CONVERGED
     drive_joints(chain, work, motion[2], x2, v2, k)
     if not finite(chain, x2, v2):
         return NOT_FINITE
-    if not close(chain.loops, chain, work, x2, v2, work.vector[7]):
+    if not close_resting(chain.coulomb, chain.loops, chain, work, x2, v2, work.vector[7]):
         return LOOP_OPEN
+    stand_still(chain.coulomb, chain, work, v2)
     if not valid(chain, work):
         return NOT_VALID
     for i in range(n):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-# Columns of Chain.reduced (L, 39 + 2P) int64: nodal rows after the link's end that hold its modes; modes
+# Columns of Chain.reduced (L, 43 + 2P) int64: nodal rows after the link's end that hold its modes; modes
 # (-1: the link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
 # centreline and of the rotation, F and G, with zeros up to a multiple of four; those of a deflection in y and
 # in z, likewise, Y and Z.
@@ -39,8 +39,12 @@ LINE, MIX, TURN, TURN_MIX, TURNED, GRADIENT, LATERAL = range(29, 36)
 # multiple of four.  Where the link's buffers end.  For each mode where among the centreline's coefficients it
 # is, and where among the rotation's (-1: nowhere).
 WIDTH, HEIGHT, END = 36, 37, 38
-FUNCTION = 39
-COLUMNS = 39
+# Where in Chain.modal the strains' products of second order are: of twist and deflection in z in the bending
+# in y, of twist and deflection in y in that in z, of both deflections in the torsion (turning.py); and in
+# Workspace.modal the slopes that they take and give.
+CROSS_Z, CROSS_Y, CROSS_T, BENT = range(39, 43)
+FUNCTION = 43
+COLUMNS = 43
 
 
 def eights(n: int) -> int:
@@ -60,6 +64,9 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     """
     f, g, p, t = (int(size[k]) for k in (CENTRELINE, ROTATION, MODES, TENSIONS))
     axial, y, z = (int(size[k]) for k in (AXIALS, Y_MODES, Z_MODES))
+    twists = 2 + p - axial - y - z
+    bent = fours(twists) + fours(3 + y) + fours(3 + z)
+    products = max(2 + y, 2 + z, twists - 1) * fours(3 + max(y, z))
     size[LATERAL_Y], size[LATERAL_Z] = fours(4 + y), fours(4 + z) if b == 6 else 0
     wide, high = int(size[LATERAL_Y]), int(size[LATERAL_Z])
     c, turning, turned = (2, 7, g) if b == 3 else (3, 15, 3 * g + 8)
@@ -73,7 +80,9 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     for column, length in (
         (MASS_GRAM, f * f), (TURN_GRAM, g * g), (SLOPE_Y, (4 + y) * t * wide), (SLOPE_Z, (4 + z) * t * high),
         (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (ENDS, 2 * b * fours(2 * b)),
-        (COUPLING, 2 * b * p), (SHAPE, shapes), (PIECES, 0),
+        (COUPLING, 2 * b * p), (SHAPE, shapes), (CROSS_Z, (2 + y) * twists * fours(3 + z)),
+        (CROSS_Y, (2 + z) * twists * fours(3 + y)), (CROSS_T, (twists - 1) * (3 + y) * fours(3 + z)),
+        (PIECES, 0),
     ):  # fmt: skip
         size[column] = constants
         constants += eights(length)
@@ -82,7 +91,7 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (PIVOTS, (p + t) * width), (INVERSE, p + t), (SCALED, t * width), (COLUMN, (3 * b + t) * height),
         (WEIGHT, fours(p + t)), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
         (TURN, turning * g), (TURN_MIX, 27), (TURNED, turned), (GRADIENT, t * (wide + high)),
-        (LATERAL, wide + high), (END, 0),
+        (LATERAL, wide + high), (BENT, 3 * bent + 3 * products), (END, 0),
     ):  # fmt: skip
         size[column] = buffers
         buffers += eights(length)

@@ -40,6 +40,9 @@ from ..beam import (
 from .layout import (
     COLUMNS,
     COUPLING,
+    CROSS_T,
+    CROSS_Y,
+    CROSS_Z,
     ENDS,
     MASS_GRAM,
     MODAL_MASS,
@@ -56,6 +59,7 @@ from .layout import (
     fours,
     places,
 )
+from .turning_products import turning_products
 
 AXIAL_MODES = 2
 # nodal dofs of the kinds of modes, in their order
@@ -76,8 +80,9 @@ class ReducedLink:
     modal_stiffness: np.ndarray
     ends: np.ndarray  # (12, 12) stiffness of (end node, start node)
     coupling: np.ndarray  # (P, 12), likewise
-    element: np.ndarray  # (E, 13)
+    element: np.ndarray  # (E, 14)
     shape: np.ndarray  # (nodes, 6, 12 + P)
+    cross: tuple[np.ndarray, np.ndarray, np.ndarray]  # products of second order, see turning_products.py
     frequency: np.ndarray  # (P,) of the link with its ends held, Hz
 
 
@@ -215,7 +220,7 @@ def reduce_link(
     Parameters
     ----------
     whole : row of beam.py for the link as one element; ends : (12, 12) its stiffness, (end, start)
-    rows : (E, 13), likewise of each element; masses, stiffnesses : (E, 12, 12), nodes ordered (end, start)
+    rows : (E, 14), likewise of each element; masses, stiffnesses : (E, 12, 12), nodes ordered (end, start)
     free : (6,) which nodal dofs move
     planar : the plane's modes only
     flat : the scene stays in the plane, so that the modes beyond it are counted for themselves
@@ -272,6 +277,7 @@ def reduce_link(
         coupling=np.concatenate([across[:, 6:], across[:, :6]], axis=1),
         element=rows,
         shape=shape,
+        cross=turning_products(whole, rows, shape, counts, stiffening and not planar),
         frequency=np.sqrt([m[0] for m in shapes]) / (2.0 * np.pi),
     )
 
@@ -279,7 +285,7 @@ def reduce_link(
 def reduced_links(
     found: dict[int, ReducedLink], links: int, dofs: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (L, 39 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
+    """Table (L, 43 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
     b = len(dofs)
     both = [*dofs, *(6 + k for k in dofs)]
     most = max((sum(one.counts) for one in found.values()), default=0)
@@ -306,6 +312,7 @@ def reduced_links(
             (MASS_GRAM, one.mass), (TURN_GRAM, one.section), (SLOPE_Y, one.slope[0]), (SLOPE_Z, one.slope[1]),
             (TENSION, one.tension), (MODAL_MASS, one.modal_mass), (MODAL_STIFFNESS, one.modal_stiffness),
             (ENDS, ends), (COUPLING, one.coupling[:, both]), (SHAPE, shape), (PIECES, one.element),
+            (CROSS_Z, one.cross[0]), (CROSS_Y, one.cross[1]), (CROSS_T, one.cross[2]),
         )  # fmt: skip
         tape += [(int(table[n, column]), part) for column, part in parts]
         constants = eights(int(table[n, PIECES]) + one.element.size)

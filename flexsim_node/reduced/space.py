@@ -39,6 +39,7 @@ from .layout import (
     Z_MODES,
 )
 from .link import elastic_forces, middle_forces, products, slope_energy, slopes, stiffen
+from .turning import add_turning
 
 
 @kernel
@@ -230,6 +231,7 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
     elif e[POLAR] > 0.0:
         spin_forces(size, data, own, e, f, y, z, first, alpha, coriolis, out, wrench)
     elastic_forces(size, data, own, x, y, first, 6, 1.0, beta, out)
+    add_turning(size, data, own, e, x, y, first, 1.0, beta, out)
 
 
 @kernel
@@ -247,6 +249,7 @@ def stiffness_product(size, data, own, e, d, y, first, scale, force):
             own[g + k] = 0.0
         stiffen(size, data, own, flat(d), rows, first, 6, 0.0, scale, out)
         spread(e, size, own, g, out, first)
+        add_turning(size, data, own, e, flat(d), rows, first, 0.0, scale, out)
 
 
 @kernel

@@ -38,7 +38,8 @@ class Joint(Part):
     """The joint at a link's start; q adds to theta or to d.
 
     stiffness (N m/rad or N/m) and damping stand between motor and link; rotor_inertia, friction and torque
-    act on the motor.
+    act on the motor.  Coulomb friction holds a joint at rest; with a coulomb_speed (rad/s or m/s) it is
+    smooth, coulomb_friction tanh(rate / coulomb_speed), and a loaded joint creeps.
     """
 
     name: str = ""
@@ -47,11 +48,42 @@ class Joint(Part):
     effort_limit: Positive | None = None
     viscous_friction: NotNegative = 0.0
     coulomb_friction: NotNegative = 0.0
-    coulomb_speed: Positive = 1e-2
+    coulomb_speed: NotNegative = 0.0
     rotor_inertia: NotNegative = 0.0
     gear_ratio: Positive = 1.0
     stiffness: Positive | None = None
     damping: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _meaningful(self) -> Joint:
+        """Refuse what a joint of this type, or without a motor, can't have."""
+        if self.type == "fixed":
+            for key, field in type(self).model_fields.items():
+                if key not in ("name", "type") and getattr(self, key) != field.default:
+                    raise Misplaced(
+                        (key,),
+                        "is given, but the joint is fixed and holds the link rigidly; leave it out,"
+                        " or give type: revolute or prismatic",
+                    )
+        if self.effort_limit is not None and not self.actuated:
+            raise Misplaced(
+                ("effort_limit",),
+                f"is {self.effort_limit:g}, but the joint is passive (actuated: false) and has no motor to"
+                " limit; leave it out",
+            )
+        if self.gear_ratio != 1.0 and self.rotor_inertia == 0.0:
+            raise Misplaced(
+                ("gear_ratio",),
+                f"is {self.gear_ratio:g} without a rotor_inertia, the only thing that it changes (by its"
+                " square); give the rotor_inertia on the motor's side too, or leave it out",
+            )
+        if self.coulomb_speed > 0.0 and self.coulomb_friction == 0.0:
+            raise Misplaced(
+                ("coulomb_speed",),
+                f"is {self.coulomb_speed:g} without a coulomb_friction to smooth; give that too, or leave it"
+                " out",
+            )
+        return self
 
     @model_validator(mode="after")
     def _elastic(self) -> Joint:
@@ -119,6 +151,9 @@ class Payload(Part):
 
     @model_validator(mode="after")
     def _physical(self) -> Payload:
+        if self.mass == 0.0 and (self.inertia is not None or any(self.center_of_mass)):
+            key = "inertia" if self.inertia is not None else "center_of_mass"
+            raise Misplaced((key,), "is given, but the body has no mass; give its mass, or leave it out")
         if self.inertia is None:
             return self
         m = self.inertia
@@ -162,6 +197,11 @@ class Link(Part):
     def _consistent(self) -> Link:
         if self.beam is not None and self.length < 1e-9:
             raise ValueError("has a beam but no length; give dh a or d, or replace beam by rigid")
+        if self.reduction and self.beam is None:
+            raise Misplaced(
+                ("reduction",),
+                "is given, but the link has no beam to reduce; leave it out, or give the link a beam",
+            )
         if self.beam is not None and self.rigid is not None:
             raise ValueError("has both beam and rigid; give one of the two (payload adds a body)")
         if self.beam is not None and self.flexible:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from .auto import Auto
 from .effects import HELD_BY_FRAMES, Effects
 from .fault import Fault
 from .link import Joint, Link, Reduction
@@ -42,10 +43,22 @@ class Erls(Part):
 
 
 class Damping(Part):
-    """Rayleigh's coefficients."""
+    """Rayleigh's coefficients: alpha (1/s) of the mass, beta (s) of the stiffness.
+
+    alpha damps the elastic velocity, that of the links less that of the robot moved rigidly by its joints,
+    and only takes energy. `alpha_form: thesis` is the thesis' (2.56), in which that force does work in
+    rigid motion too: it may add energy, and the motion depends on which dofs are zeroed.
+    """
 
     alpha: NotNegative = 0.0
     beta: NotNegative = 0.0
+    alpha_form: Literal["elastic", "thesis"] = "elastic"
+
+    @model_validator(mode="after")
+    def _with_alpha(self) -> Damping:
+        if self.alpha_form == "thesis" and self.alpha == 0.0:
+            raise Misplaced(("alpha_form",), "is given without an alpha; give that too, or leave it out")
+        return self
 
 
 class Initial(Part):
@@ -82,12 +95,14 @@ class Scene(Part):
     erls: Erls = Erls()
     initial: Initial = Initial()
     effects: Effects = Effects()
+    auto: Auto = Auto()
     validity: Validity = Validity()
     solver: Solver = Solver()
     sensors: tuple[Sensor, ...] = ()
     torque: tuple[Torque, ...] = ()
     duration: Annotated[Number, between(0.0, 1e6, "s", open_low=True)] = 1.0
-    tolerance: Positive | None = None
+    tolerance: Positive | None = None  # m, at the tips
+    tip: Name | Annotated[tuple[Name, ...], Field(min_length=1)] | None = None
     faults: tuple[Fault, ...] = ()
     seed: Annotated[int, Field(ge=0, le=2**63 - 1, strict=True)] = 0  # of what is random in the faults
 
@@ -131,6 +146,26 @@ class Scene(Part):
         names = [BASE, *(link.name for link in self.links)]
         return tuple(names.index(k.parent) - 1 if k.parent else n - 1 for n, k in enumerate(self.links))
 
+    @property
+    def tips(self) -> tuple[int, ...]:
+        """The links whose ends are the robot's tips: those that `tip` names, else the free ends that move.
+
+        A free end is that of a link on which nothing hangs and that no loop closes, of a link that joints or
+        its own bending move; where loops close them all, the ends of all links that carry none.
+        """
+        if self.tip is not None:
+            named = (self.tip,) if isinstance(self.tip, str) else self.tip
+            return tuple(self.link_names.index(name) for name in named)
+        parents = self.parents
+        moves: list[bool] = []
+        for n, link in enumerate(self.links):
+            own = link.joint.type != "fixed" or (link.beam is not None and link.flexible)
+            moves.append(own or (parents[n] >= 0 and moves[parents[n]]))
+        ends = [n for n in range(len(self.links)) if moves[n] and n not in parents]
+        closed = {name for loop in self.loops for name in loop.links}
+        free = [n for n in ends if self.link_names[n] not in closed]
+        return tuple(free or ends)
+
     def modes_of(self, link: Link) -> int | None:
         """Number of modes to which a link is reduced, or None: a link without its own follows the scene."""
         own = self.reduction if link.reduction is None else link.reduction
@@ -167,6 +202,7 @@ class Scene(Part):
                 f"leave {self.effects.undecided[0]} to auto, but the scene has no tolerance to decide by;"
                 " give tolerance: metres at the tip, such as 1.0e-4",
             )
+        self._check_tips()
         for n, fault in enumerate(self.faults):
             for i, joint in enumerate(fault.joints or ()):
                 if joint not in self.joint_names:
@@ -179,6 +215,19 @@ class Scene(Part):
         known = [BASE, *self.link_names] if base else self.link_names
         if name not in known:
             raise unknown(path, name, known)
+
+    def _check_tips(self) -> None:
+        several = isinstance(self.tip, tuple)
+        names = self.tip if isinstance(self.tip, tuple) else () if self.tip is None else (self.tip,)
+        for n, name in enumerate(names):
+            path = ("tip", n) if several else ("tip",)
+            link, slash, point = name.partition("/")
+            self._check_link(path, link)
+            if slash:
+                raise Misplaced(path, f"names a point {point!r}, but links have no points: give {link}, whose"
+                                      " end is meant")  # fmt: skip
+            if name in names[:n]:
+                raise Misplaced(path, f"is {name!r} once more; give each tip once")
 
     def _check_names(self) -> None:
         names = self.link_names

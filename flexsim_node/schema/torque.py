@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import model_validator
 
-from .part import NotNegative, Number, Part, Positive, between
+from .part import Misplaced, NotNegative, Number, Part, Positive, between
 
 
 class Torque(Part):
@@ -36,6 +36,15 @@ class Torque(Part):
             raise ValueError("has a time that does not rise; give rising seconds")
         if not table and (self.time or self.value):
             raise ValueError(f"is of type {self.type}, which has no time and value; leave them out")
+        for key in ("frequency", "phase", "offset"):
+            if getattr(self, key) != 0.0 and self.type != "sine":
+                raise Misplaced(
+                    (key,), f"has no meaning for type {self.type}; leave it out, or give type: sine"
+                )
+        if table and self.amplitude != 0.0:
+            raise Misplaced(
+                ("amplitude",), "has no meaning for a table, whose value is the torque; leave it out"
+            )
         if self.end is not None and self.end <= self.start:
             raise ValueError(f"ends at {self.end:g} s, not after its start; give a later end")
         return self

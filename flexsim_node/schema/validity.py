@@ -42,7 +42,8 @@ class Validity(Part):
     elastic_rotation (rad) from the rigid links; correction (m or rad) that a step's last iteration made;
     erls_condition and mass_condition.  spin_ratio (spin over the first bending frequency of a link with what
     it carries) stops a run where `centrifugal` is off; axial_load (over the buckling load) warns, and stops
-    where `centrifugal` is off.
+    where `centrifugal` is off.  load_stiffness is the share of the stiffness that loads take (1: it buckles);
+    where `centrifugal` is off it is what the motion leaves out, and warns from a tenth on.
     """
 
     elastic_rotation: Annotated[Limits, _filled(0.1, 0.5)] = Limits(warn=0.1, stop=0.5)
@@ -51,3 +52,4 @@ class Validity(Part):
     correction: Annotated[Limits, _filled(None, None)] = Limits(warn=None, stop=None)
     erls_condition: Annotated[Limits, _filled(1e3, 1e8)] = Limits(warn=1e3, stop=1e8)
     mass_condition: Annotated[Limits, _filled(1e8, 1e14)] = Limits(warn=1e8, stop=1e14)
+    load_stiffness: Annotated[Limits, _filled(0.5, None)] = Limits(warn=0.5, stop=None)

@@ -11,6 +11,8 @@ from typing import Any
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
+from .start import attentive
+
 
 def handle_signals(handler: Callable[[int, Any], Any]) -> None:
     """Give SIGINT and SIGTERM to `handler`."""
@@ -45,7 +47,7 @@ def run_node(
 
     Parameters
     ----------
-    build : makes the node; a signal ends the process on the spot as long as it does
+    build : makes the node; a signal ends the process as long as it does, and what is compiled is said
     run : gets the node and a list, which is not empty from a signal on; returns the exit code
     failures : what `build` may raise, and its exit code; said in one line
 
@@ -53,24 +55,17 @@ def run_node(
     """
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     asked: list[int] = []
-
-    def interrupt(number: int, _: Any) -> None:
-        asked.append(number)  # compiled code may swallow what is raised in the middle of it
-        raise KeyboardInterrupt
-
-    handle_signals(interrupt)
     node = None
     try:
-        try:
-            rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        except Exception as problem:
-            print(f"{name}: ROS does not start: {' '.join(str(problem).split())}", file=sys.stderr)
-            return 2
-        node = build()
-        if asked:
-            return 0
-        handle_signals(lambda number, _: asked.append(number))
-        return run(node, asked)
+        with attentive(name, 0, asked):
+            try:
+                rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+            except Exception as problem:
+                print(f"{name}: ROS does not start: {' '.join(str(problem).split())}", file=sys.stderr)
+                return 2
+            node = build()
+            handle_signals(lambda number, _: asked.append(number))
+        return 0 if asked else run(node, asked)
     except KeyboardInterrupt:
         return 0
     except tuple(failures) as problem:

@@ -73,6 +73,14 @@ class Simulator(Protocol):
     def trouble(self) -> str:
         """Why time can't go on until a reset, or nothing."""
 
+    @property
+    def hindrance(self) -> str:
+        """Why steps can't be taken now, or nothing."""
+
+    @property
+    def shortage(self) -> str:
+        """Why fewer steps were taken than were asked for the last time, or nothing."""
+
     def pause(self) -> Future[None]:
         """Let time stand still."""
 
@@ -193,16 +201,16 @@ class SimulationServices:
         if target not in WORDS:
             choice = ", ".join(f"{number} ({word})" for number, word in WORDS.items())
             response.result = result(Result.RESULT_FEATURE_UNSUPPORTED, f"no state {target}; give {choice}")
+        elif target == PLAYING and self.simulator.trouble:
+            response.result = result(
+                codes.STATE_TRANSITION_ERROR, f"{self.simulator.trouble}; reset it first"
+            )
         elif target == self.state:
             response.result = result(codes.ALREADY_IN_TARGET_STATE, f"it is {WORDS[target]}")
         elif target == PAUSED and self.state == STOPPED:
             response.result = result(
                 codes.INCORRECT_TRANSITION,
                 "it is stopped, where time stands already; step it, or play it and pause then",
-            )
-        elif target == PLAYING and self.simulator.trouble:
-            response.result = result(
-                codes.STATE_TRANSITION_ERROR, f"{self.simulator.trouble}; reset it first"
             )
         elif target == QUITTING:
             self.state = target
@@ -247,12 +255,12 @@ class SimulationServices:
         """Why steps can't be taken, or nothing."""
         if self.state not in (PAUSED, STOPPED):
             return f"it is {WORDS[self.state]}; pause it before you step"
-        return self.simulator.trouble
+        return self.simulator.hindrance
 
     def _stepped(self, taken: int, asked: int) -> Result:
         if taken == asked:
             return result(OK)
-        why = self.simulator.trouble or "something else was asked of it, or no command came"
+        why = self.simulator.shortage or "something else was asked of it"
         return result(FAILED, f"{taken} of {asked} steps are done: {why}")
 
     async def _simulate_steps(self, goal: Any) -> Any:

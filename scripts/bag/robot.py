@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import dataclass, field
-from pathlib import PurePath
 from typing import Any
 
+from flexsim_ros.published_scene import PublishedScene
+
 from .reader import Bag, BagError
+from .scenes import found_scene, scenes_in
 
 STATE = "flexsim_msgs/msg/ElasticState"
 LAYOUT = "flexsim_msgs/msg/ElasticLayout"
 JOINTS = "sensor_msgs/msg/JointState"
-SCENES = (".yaml", ".yml")
-NAME = re.compile(rb"^name: *[\"']?([^\"'#\r\n]*[^\"'#\s])", re.MULTILINE)
+ROBOT = "flexsim_node"
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,9 @@ class Robot:
     ----------
     node : its simulator's full name; "" where it is not known
     joints, state, layout : its topics of joint states, elastic states and their layout, or None
-    parameters : of its simulator, as the recorder put them into the bag
-    scene_name, scene : the file that it was simulated from; None where the bag lacks it
+    parameters : of its simulator
+    scene : what it simulated, as it published it; None where the bag lacks it
+    why_not : why there is no scene, in a sentence
     others : simulators of further robots that the bag holds
     """
 
@@ -35,15 +36,14 @@ class Robot:
     state: str | None
     layout: str | None
     parameters: dict[str, Any] = field(default_factory=dict)
-    scene_name: str = ""
-    scene: bytes | None = None
+    scene: PublishedScene | None = None
+    why_not: str = ""
     others: tuple[str, ...] = ()
 
     @property
     def model(self) -> str:
         """The scene's own name; "" where it is not known."""
-        found = NAME.search(self.scene or b"")
-        return found[1].decode("utf-8", "replace") if found else ""
+        return "" if self.scene is None else self.scene.name
 
 
 def robot_in(bag: Bag) -> Robot:
@@ -55,7 +55,10 @@ def robot_in(bag: Bag) -> Robot:
         The bag holds no robot of that name.
     """
     notes = {node: told for node, told in bag.notes().items() if "scene" in told}
-    nodes = [node for node, told in notes.items() if "elastic_rate" in told]
+    scenes = scenes_in(bag)
+    noted = {node for node, told in notes.items() if "elastic_rate" in told}
+    told = {node for node, one in scenes.items() if one.scene is None or one.scene.simulator == ROBOT}
+    nodes = [*(noted | (told - notes.keys()))]
     nodes = nodes or [name.rpartition("/")[0] for name in names(bag, STATE)] or [""]
     found = [of_node(bag, node) for node in sorted(nodes)]
     meant = [r for r in found if r.node == f"/{bag.robot.strip('/')}"] if bag.robot else found
@@ -63,13 +66,11 @@ def robot_in(bag: Bag) -> Robot:
         held = ", ".join(r.node for r in found if r.node) or "none whose name is known"
         raise BagError(f"{bag.path} holds no robot {bag.robot}; it holds {held}")
     chosen = max(meant, key=lambda r: (r.state is not None) + (r.joints is not None))
-    parameters = {name: json.loads(value) for name, value in notes.get(chosen.node, {}).items()}
-    scene = PurePath(str(parameters.get("scene", ""))).name
-    files = [name for name in bag.attachments() if name.endswith(SCENES)]
-    if scene not in files:
-        # Not another simulator's.
-        taken = {PurePath(str(json.loads(told["scene"]))).name for told in notes.values()}
-        scene = next((name for name in files if name not in taken), "")
+    of_scene = found_scene(bag, chosen.node)
+    if of_scene.scene is not None:
+        parameters = dict(of_scene.scene.parameters)
+    else:
+        parameters = {name: json.loads(value) for name, value in notes.get(chosen.node, {}).items()}
     theirs = {topic for r in found if r is not chosen for topic in (r.joints, r.state, r.layout)}
 
     def left(topics: list[str]) -> str | None:
@@ -82,8 +83,8 @@ def robot_in(bag: Bag) -> Robot:
         chosen.state or left(names(bag, STATE)),
         chosen.layout or left(names(bag, LAYOUT)),
         parameters,
-        scene,
-        bag.attachment(scene) if scene else None,
+        of_scene.scene,
+        of_scene.why_not,
         tuple(r.node for r in found if r is not chosen),
     )
 

@@ -18,6 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin
 
+from .harmonics import Harmonic, origins
+from .windows import LEAST_PERIODS, candidates
+
 Array = NDArray[np.float64]
 
 ORDERS = (3, 5, 7, 9, 11, 13, 15, 17)  # poles: pairs, and one for what does not swing
@@ -28,9 +31,12 @@ EXPLAINED = 0.98  # least share of a decay's power that its modes must account f
 GOOD = 0.995  # share from which a decay need not begin later
 STABLE = (0.01, 0.25)  # a mode is one where two orders agree so well in frequency, and in damping
 MOST_DAMPED = 0.5
-LEAST_PERIODS = 3.0
-LEAST_SIZE = 0.05  # part of the largest vibration that a decay begins with
-MOST_CANDIDATES = 6
+ALIKE = 0.25  # a harmonic's rate of decay and that of its origins
+AUDIBLE = 5.0  # times the noise in it, the power of a decay
+HEARD = 15.0  # times the noise of a sample, the energy of a mode; twice that of noise's highest line
+AUDIBLE_LINE = 3.0  # times the middle one, a line of a spectrum that is more than noise
+LEAST_SAMPLES = 40
+MOST_REASONS = 4  # of the largest
 
 
 @dataclass(frozen=True)
@@ -48,12 +54,17 @@ class Mode:
 
 @dataclass(frozen=True)
 class RingDown:
-    """A free decay: from when to when, s, its modes by falling amplitude, and the share that they explain."""
+    """A free decay: from when to when, s, its modes by falling amplitude, and the share that they explain.
+
+    explained : of the power, without that of white noise
+    harmonics : damped sines that come from the modes (harmonics.py) and are none
+    """
 
     begin: float
     end: float
     modes: tuple[Mode, ...]
     explained: float
+    harmonics: tuple[Harmonic, ...] = ()
 
 
 def poles(signal: Array, period: float, order: int) -> tuple[NDArray[np.complex128], Array, float]:
@@ -83,9 +94,24 @@ def poles(signal: Array, period: float, order: int) -> tuple[NDArray[np.complex1
     weights = np.linalg.lstsq(parts, signal.astype(complex), rcond=None)[0]
     left = signal - (parts @ weights).real
     swing = signal - signal.mean(axis=0)
-    power = float(np.sum(swing**2))
-    explained = 1.0 - float(np.sum(left**2)) / power if power > 0.0 else 0.0
+    power, rest, noise = float(np.sum(swing**2)), float(np.sum(left**2)), samples * white_noise(left)
+    # Noise is no part of the decay; but what is hardly more than noise is none.
+    if power < AUDIBLE * noise or power == 0.0:
+        return exponents, 2.0 * np.linalg.norm(weights, axis=1), 0.0
+    explained = 1.0 - max(rest - noise, 0.0) / (power - noise)
+    energy = 0.5 * np.sum(np.abs(parts) ** 2, axis=0) * np.sum(np.abs(2.0 * weights) ** 2, axis=1)
+    weights[energy < HEARD * noise / samples] = 0.0
     return exponents, 2.0 * np.linalg.norm(weights, axis=1), explained
+
+
+def white_noise(left: Array) -> float:
+    """Return the power of the white noise in what a model leaves of a signal (K, d), all directions together.
+
+    The median of the lines is that of the noise alone, where something else has a few of them.
+    """
+    lines = np.sum(np.abs(np.fft.rfft(left, axis=0)[1:]) ** 2, axis=1) / len(left)
+    directions = left.shape[1]
+    return float(np.median(lines)) / (1.0 - 1.0 / (9.0 * directions)) ** 3  # median of a chi-square
 
 
 def thinned(signal: Array, period: float, fastest: float) -> tuple[Array, float, int]:
@@ -105,24 +131,35 @@ def fastest_of(signal: Array, period: float) -> float:
     lines = np.linalg.norm(np.fft.rfft((signal - signal.mean(axis=0)) * window, axis=0), axis=1)
     frequency = np.fft.rfftfreq(len(signal), period)
     lines[frequency * period * len(signal) < 2.0] = 0.0  # what drifts
-    return float(frequency[np.flatnonzero(lines >= SMALL * lines.max())[-1]])
+    least = max(SMALL * lines.max(), AUDIBLE_LINE * float(np.median(lines)))
+    heard = np.flatnonzero(lines >= min(least, lines.max()))
+    return float(frequency[heard[-1]])
 
 
 def identify(signal: Array, period: float) -> tuple[tuple[Mode, ...], float]:
     """Return the modes of a free decay (K, d), by falling amplitude, and the share of it they explain.
 
+    As `told_apart`, without the harmonics.
+    """
+    modes, _, explained = told_apart(signal, period)
+    return modes, explained
+
+
+def told_apart(signal: Array, period: float) -> tuple[tuple[Mode, ...], tuple[Harmonic, ...], float]:
+    """Return the modes of a free decay (K, d), by falling amplitude, harmonics, and the share explained.
+
     `period` is that between samples, s. A mode is what several orders of the model, and the decay's parts,
     agree on.
     """
-    if len(signal) < 60 or not np.isfinite(signal).all() or not np.ptp(signal, axis=0).any():
-        return (), 0.0
+    if len(signal) < LEAST_SAMPLES or not np.isfinite(signal).all() or not np.ptp(signal, axis=0).any():
+        return (), (), 0.0
     fastest = fastest_of(signal, period)
     decay, dt, _ = thinned(signal, period, fastest)
     decay = decay[:SAMPLES]
     decay = decay - decay.mean(axis=0)
     fits = [poles(decay, dt, order) for order in ORDERS if order < len(decay) // 4]
     if not fits:
-        return (), 0.0
+        return (), (), 0.0
     # The smallest model that leaves hardly more than the largest does.
     best = max(share for _, _, share in fits)
     chosen = next(n for n, fit in enumerate(fits) if 1.0 - fit[2] <= 1.5 * (1.0 - best) + 1e-6)
@@ -150,7 +187,26 @@ def identify(signal: Array, period: float) -> tuple[tuple[Mode, ...], float]:
                  if abs(f - frequency) <= STABLE[0] * frequency]  # fmt: skip
         spread = 0.5 * float(max(seen) - min(seen))
         modes.append(Mode(float(frequency), float(damping), float(amplitude), spread))
-    return tuple(sorted(modes, key=lambda m: -m.amplitude)), share
+    own, harmonics = apart(sorted(modes, key=lambda m: -m.amplitude))
+    return own, harmonics, share
+
+
+def apart(modes: list[Mode]) -> tuple[tuple[Mode, ...], tuple[Harmonic, ...]]:
+    """Tell modes, by falling amplitude, from what comes of them and dies away as fast as they do together."""
+    own: list[Mode] = []
+    harmonics: list[Harmonic] = []
+    for mode in modes:
+        rate = mode.damping * mode.frequency
+        known = [
+            h for h in origins(mode.frequency, mode.amplitude, [(m.frequency, m.amplitude) for m in own])
+            if abs(rate - sum(n * own[k].damping * own[k].frequency for k, n in h.parts))
+            <= ALIKE * rate + mode.spread * mode.frequency + 1e-3 * mode.frequency
+        ]  # fmt: skip
+        if known:
+            harmonics.append(min(known, key=lambda h: abs(h.expected - mode.frequency)))
+        else:
+            own.append(mode)
+    return tuple(own), tuple(harmonics)
 
 
 def nearest(frequency: float, exponents: NDArray[np.complex128]) -> tuple[float, float]:
@@ -162,85 +218,9 @@ def nearest(frequency: float, exponents: NDArray[np.complex128]) -> tuple[float,
     return float(abs(near) / (2.0 * np.pi)), float(-near.real / abs(near))
 
 
-def envelope(signal: Array, width: int) -> Array:
-    """Return the root mean square (K,) of what swings within `width` samples around each."""
-    width = max(3, min(width, len(signal)))
-    box = np.ones(width) / width
-    # At the ends the mean is that of the samples that are there.
-    weight = np.convolve(np.ones(len(signal)), box, mode="same")
-
-    def mean(values: Array) -> Array:
-        return np.asarray(np.convolve(values, box, mode="same")) / weight
-
-    power = np.zeros(len(signal))
-    for column in signal.T:
-        centred = column - column.mean()
-        power += mean(centred**2) - mean(centred) ** 2
-    return np.asarray(np.sqrt(np.maximum(power, 0.0)))
-
-
-def strongest_frequency(signal: Array, period: float) -> float | None:
-    """Return the frequency of the highest line of a signal (K, d) without its drift, Hz."""
-    samples = len(signal)
-    if samples < 64:
-        return None
-    x = np.linspace(-1.0, 1.0, samples)
-    basis = np.vander(x, 4)
-    flat = signal - basis @ np.linalg.lstsq(basis, signal, rcond=None)[0]
-    lines = np.linalg.norm(np.fft.rfft(flat * np.hanning(samples)[:, None], axis=0), axis=1)
-    lines[:3] = 0.0
-    peak = int(np.argmax(lines))
-    return peak / (samples * period) if lines[peak] > 0.0 else None
-
-
-def candidates(signal: Array, period: float, moved: NDArray[np.bool_] | None) -> list[tuple[int, int]]:
-    """Return windows (begin, end) in which a signal dies away, the most promising first.
-
-    moved : ndarray (K,) or None
-        Where the robot is known to be driven along its way; a decay does not go through it.
-    """
-    # Of the fluctuation within a second, so that a slow motion does not hide the vibration.
-    second = max(8, round(1.0 / period))
-    slow = np.stack([np.convolve(c, np.ones(second) / second, mode="same") for c in signal.T], axis=1)
-    swing = signal - slow
-    if moved is not None:
-        swing[moved] = 0.0
-    frequency = strongest_frequency(swing, period)
-    if frequency is None or frequency <= 0.0:
-        return []
-    width = max(4, round(2.0 / (frequency * period)))
-    size = envelope(signal, width)
-    if moved is not None:
-        size = np.where(moved, 0.0, size)
-    found = []
-    free = np.ones(len(signal), bool)
-    floor = float(np.quantile(size[size > 0.0], 0.05)) if (size > 0.0).any() else 0.0
-    for _ in range(MOST_CANDIDATES):
-        left = np.where(free, size, 0.0)
-        begin = int(np.argmax(left))
-        if left[begin] <= LEAST_SIZE * size.max() or left[begin] <= 0.0:
-            break
-        end, least = begin, left[begin]
-        # Where there is nothing but noise there is nothing to learn.
-        last = max(0.003 * left[begin], 2.0 * floor if left[begin] > 10.0 * floor else 0.0)
-        while end < len(signal) and free[end] and (moved is None or not moved[end]):
-            # Two near modes beat: what rises again somewhat is still the same decay.
-            if size[end] > 2.0 * least and size[end] > 0.1 * left[begin]:
-                break
-            least = min(least, size[end])
-            if size[end] < last:
-                break
-            end += 1
-        before = max(0, begin - width)
-        free[before : max(end, begin + width)] = False
-        if (end - begin) * period * frequency >= LEAST_PERIODS:
-            found.append((begin, end))
-    return found
-
-
-def ring_downs(
+def search(
     time: Array, signal: Array, moved: NDArray[np.bool_] | None = None, most: int = 3
-) -> list[RingDown]:
+) -> tuple[list[RingDown], list[str]]:
     """Find the free decays in a motion, and their modes; the largest first.
 
     Parameters
@@ -251,25 +231,57 @@ def ring_downs(
         Where something is known to drive the robot along its way.
     most : int
         So many are looked for.
+
+    Returns
+    -------
+    the decays; why stretches in which the motion dies away are none, a sentence each
     """
     found: list[RingDown] = []
-    if len(time) < 100:
-        return found
+    if len(time) < 2 * LEAST_SAMPLES:
+        return found, [f"there are {len(time)} samples; a free decay needs {2 * LEAST_SAMPLES}"]
     period = float((time[-1] - time[0]) / (len(time) - 1))
-    for begin, end in candidates(signal, period, moved):
+    windows = candidates(signal, period, moved)
+    if not windows:
+        return found, ["nowhere does a vibration die away over three of its periods"]
+    why_not: list[str] = []
+    for window in windows:
+        begin, end = window.begin, window.end
+        if any(time[begin] < r.end and time[end - 1] > r.begin for r in found):
+            continue
         tried: list[RingDown] = []
+        share = 0.0
         for part in (0.0, 0.08, 0.16, 0.25, 0.4):
             first = begin + round(part * (end - begin))
-            modes, explained = identify(signal[first:end], period)
+            modes, harmonics, explained = told_apart(signal[first:end], period)
+            share = max(share, explained)
             if modes and (end - first) * period * modes[0].frequency >= LEAST_PERIODS:
                 last = min(end, len(time)) - 1
-                tried.append(RingDown(float(time[first]), float(time[last]), modes, explained))
+                tried.append(RingDown(float(time[first]), float(time[last]), modes, explained, harmonics))
                 if explained >= GOOD:
                     break
-        if tried:
-            best = max(tried, key=lambda r: r.explained)
-            if best.explained >= EXPLAINED:
-                found.append(best)
+        where = f"from {time[begin]:.3g} to {time[end - 1]:.3g} s, about {window.frequency:.3g} Hz: "
+        if not tried:
+            why_not.append(
+                f"{where}only {end - begin} samples, {LEAST_SAMPLES} are needed"
+                if end - begin < LEAST_SAMPLES
+                else f"{where}models of different orders do not agree on a mode of at least three periods"
+            )
+            continue
+        best = max(tried, key=lambda r: r.explained)
+        if best.explained >= EXPLAINED:
+            found.append(best)
+        else:
+            why_not.append(
+                f"{where}damped sines explain {100.0 * share:.0f} % of it,"
+                f" {100.0 * EXPLAINED:.0f} % are needed"
+            )
         if len(found) == most:
             break
-    return found
+    return sorted(found, key=lambda r: -r.modes[0].amplitude), why_not[:MOST_REASONS]
+
+
+def ring_downs(
+    time: Array, signal: Array, moved: NDArray[np.bool_] | None = None, most: int = 3
+) -> list[RingDown]:
+    """Return the decays of `search`."""
+    return search(time, signal, moved, most)[0]

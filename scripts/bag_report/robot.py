@@ -13,6 +13,7 @@ from ..bag import Bag, BagError
 from ..bag.robot import robot_in
 from ..figures.style import GHOST, INK
 from . import pictures, tracking
+from .harmonics import Harmonic
 from .motion import JOINT_FIELDS, Joints, joints, layout
 from .page import Section
 from .reading import Reading
@@ -242,7 +243,10 @@ def vibrations(
 ) -> Section:
     """Say how the tip swings: spectrum, natural frequencies and damping ratios."""
     section = Section("Vibration")
-    figures["vibration"] = {"peaks": list(swing.peaks), "ring_downs": [], "scene_frequencies": None}
+    figures["vibration"] = {
+        "peaks": list(swing.peaks), "harmonics": [told(h) for h in swing.harmonics], "ring_downs": [],
+        "why_no_ring_down": list(swing.why_not), "scene_frequencies": None,
+    }  # fmt: skip
     decays = figures["vibration"]["ring_downs"]
     for d in swing.decays:
         modes = [
@@ -250,7 +254,10 @@ def vibrations(
              "amplitude": m.amplitude, "uncertain": m.spread > UNCERTAIN * abs(m.damping)}
             for m in d.modes[:SHOWN_MODES]
         ]  # fmt: skip
-        decays.append({"begin": d.begin, "end": d.end, "explained": d.explained, "modes": modes})
+        decays.append(
+            {"begin": d.begin, "end": d.end, "explained": d.explained, "modes": modes,
+             "harmonics": [told(h) for h in d.harmonics]}
+        )  # fmt: skip
     if not len(swing.frequency):
         section.missing("Spectrum: there are too few elastic states.")
         return section
@@ -269,9 +276,23 @@ def vibrations(
         for n, m in enumerate(swing.decays[0].modes[:SHOWN_MODES] if swing.decays else ()):
             label = "ring-down" if n == 0 else None
             axes.axvline(m.frequency, color=pictures.LINES[1], linewidth=1.0, label=label)
+        for n, h in enumerate(h for h in swing.harmonics if h.frequency <= until):
+            label = "harmonics" if n == 0 else None
+            axes.plot(h.frequency, MILLIMETRES * h.amplitude, "v", color=GHOST, markersize=5, label=label)
         axes.set(xlabel="frequency, Hz", ylabel="amplitude, mm")
 
     section.picture(pictures.svg(draw, "Spectrum of the tip's deflection"))
+    section.say(
+        "A line's amplitude is that of a steady sine there, along the direction in which it is largest; what "
+        "dies away within a piece of the run reads less."
+    )
+    others = [(h.frequency, h.of) for h in swing.harmonics]
+    others += [(h.frequency, h.of) for d in swing.decays for h in d.harmonics]
+    if others:
+        section.say(
+            "Harmonics, no modes of their own: "
+            + ", ".join(f"{f:.2f} Hz ({of})" for f, of in dict(sorted(others)).items()) + "."
+        )  # fmt: skip
     if swing.decays:
         section.say(
             "Modes of the free decays, by the matrix pencil, together with whatever held the joints: a "
@@ -306,12 +327,19 @@ def vibrations(
             "Damping: no stretch of the run is a free decay (at least three periods of damped sines that "
             "explain 98 % of it); let the robot ring with the joints held."
         )
+        for reason in swing.why_not:
+            section.say(f"Looked at {reason}." if reason.startswith("from ") else f"{reason}.".capitalize())
     if own:
         section.say(
             f"The scene's own natural frequencies with locked joints, at {begin:.2f} s: "
             + ", ".join(f"{f:.2f}" for f in own) + " Hz."
         )  # fmt: skip
     return section
+
+
+def told(harmonic: Harmonic) -> dict[str, Any]:
+    """Return a harmonic for programs."""
+    return {"frequency": harmonic.frequency, "amplitude": harmonic.amplitude, "of": harmonic.of}
 
 
 def highest(swing: Vibration, own: list[float] | None) -> float:
@@ -365,6 +393,13 @@ def stress(
     )
     if stresses.period:
         section.say(f"From every {count / MOST:.0f}th elastic state.")
+    few = [k.name for k in scene.links if scene.modes_of(k) is not None] if scene is not None else []
+    if few:
+        section.say(
+            f"{', '.join(few)}: reduced to a few modes, whose strains miss part of the axial and transverse"
+            " forces (tens of percent of a link's own weight) and some of the bending; section_force"
+            " sensors do not."
+        )
     if any(s.assumed for s in found):
         names = ", ".join(s.link for s in found if s.assumed)
         section.say(f"{names}: given by its constants; taken as the rectangle with the same second moments.")

@@ -56,12 +56,13 @@ def cases(scene: Scene, effort: NDArray[np.float64], moved: float, period: float
         if (beam := link.beam) is not None
     )
     resolution = 2.0 * np.pi / 4096.0
+    tip = scene.link_names[scene.tips[0]]
     return [
         Case("push", f"{push:.3g} N m on {joint} for 50 ms when the move has ended",
              ({"kind": "disturbance", "value": push, "joints": [joint],
                "start": moved, "end": moved + 0.05},)),
-        Case("payload", f"{0.1 * mass:.3g} kg taken up at the end of {scene.links[-1].name} in mid-move",
-             ({"kind": "payload", "link": scene.links[-1].name, "mass": 0.1 * mass,
+        Case("payload", f"{0.1 * mass:.3g} kg taken up at the end of {tip} in mid-move",
+             ({"kind": "payload", "link": tip, "mass": 0.1 * mass,
                "start": BEGIN + 0.5 * (moved - BEGIN)},)),
         Case("wire", "a period late, up to one more at random, one command in twenty lost",
              ({"kind": "delay", "time": period}, {"kind": "jitter", "time": period},

@@ -18,23 +18,30 @@ from flexsim_node import Scene
 from ..controller.laws import LAWS
 from ..controller.trajectory import Trajectory
 from ..ros.context import tool_node
+from ..ros.simulator import SimulatorWatch
 from ..terminal.stop import Stop
-from ..trial.processes import NODE, Processes, own_domain, processes
+from ..trial.patience import Patience
+from ..trial.processes import NODE, Failed, Process, Processes, own_domain, processes
 from .cases import Case
 from .score import Recording
 
 STARTED, ANSWERED = 240.0, 30.0
 # s after which a question is asked again: an answer to one who is not known yet is lost
 AGAIN = 5.0
-SILENT = 20.0  # s without a new state after which a run is given up
+# s without an answer: that a controller may do nothing, that it may compute, once it has answered before, and
+# that it may do nothing when the robot has refused what it sent.
+IDLE, LONGEST, REFUSED = 10.0, 120.0, 2.0
+SPIN = 0.01  # s that answers are waited for before states are looked for
+LOOK = 0.2  # the most, s, that a wait grows by from look to look
 STOPPED, PLAYING = 0, 1
+OK, ALREADY = 1, 101  # simulation_interfaces: done, and it was so before
 
 
 class Rig:
     """Runs cases; the robot's process stays, its state and faults are set for each."""
 
     def __init__(
-        self, node: Any, trial: Processes, scene: Path, overrides: Mapping[str, Any], rate: float
+        self, node: Any, ears: Any, trial: Processes, scene: Path, overrides: Mapping[str, Any], rate: float
     ) -> None:
         from flexsim_msgs.msg import ElasticState
         from rclpy.executors import SingleThreadedExecutor
@@ -50,16 +57,24 @@ class Rig:
         deep = QoSProfile(depth=5000)
         self.states: list[Any] = []
         self.shapes: list[Any] = []
-        node.create_subscription(JointState, "joint_states", self.taken(self.states), deep)
-        node.create_subscription(ElasticState, "flexsim_node/elastic_state", self.taken(self.shapes), deep)
+        # Polled, which costs a tenth of an executor's callbacks: the rig must not lag behind its robot.
+        self.heard = [
+            (kind, self.taken(run), ears.create_subscription(kind, topic, lambda _: None, deep))
+            for kind, topic, run in (
+                (JointState, "joint_states", self.states),
+                (ElasticState, "flexsim_node/elastic_state", self.shapes),
+            )
+        ]
         self.parameters = [
             "--ros-args", "-p", f"scene:={scene}",
             *(w for key, value in overrides.items() for w in ("-p", f"override.{key}:={value}")),
         ]  # fmt: skip
         rates = [word for name in ("rate", "elastic_rate", "shape_rate", "clock_rate")
                  for word in ("-p", f"{name}:={rate}")]  # fmt: skip
-        robot = trial.start("flexsim_node", [*NODE, *self.parameters, *rates, "-p", "mode:=lockstep"])
-        trial.wait_until_said(robot, "kernels ready", timeout=STARTED)
+        words = [*NODE, *self.parameters, *rates, "-p", "mode:=lockstep"]
+        self.robot = trial.start("flexsim_node", words)
+        self.watch = SimulatorWatch(ears, "flexsim_node", self.robot.process)
+        trial.wait_until_said(self.robot, "kernels ready", timeout=STARTED)
 
     def begins(self, message: Any) -> bool:
         """Say whether a message is the first of a run: time begins anew with a reset."""
@@ -92,14 +107,32 @@ class Rig:
         finally:
             self.node.destroy_client(client)
 
+    def hear(self) -> int:
+        """Take what has come, and wait a moment for answers; how many states and shapes there were."""
+        self.executor.spin_once(timeout_sec=SPIN)
+        self.watch.poll()
+        count = 0
+        for kind, take, subscription in self.heard:
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(kind, False)) is not None:
+                    take(taken[0])
+                    count += 1
+        return count
+
     def until(self, condition: Callable[[], Any], timeout: float, failure: str) -> Any:
-        """Spin until something is true."""
-        end = time.monotonic() + timeout
+        """Hear until something is true.
+
+        Time counts in which nothing came, and by looks: a rig that is held up itself is no reason to give up.
+        """
+        waited, since = 0.0, time.monotonic()
         while not (found := condition()):
             self.trial.check()
-            if time.monotonic() > end:
+            if waited > timeout:
                 raise TimeoutError(failure)
-            self.executor.spin_once(timeout_sec=0.05)
+            came = self.hear()
+            now = time.monotonic()
+            waited += 0.0 if came else min(now - since, LOOK)
+            since = now
         return found
 
     def set_state(self, state: int) -> None:
@@ -108,7 +141,9 @@ class Rig:
         from simulation_interfaces.srv import SetSimulationState
 
         wanted = SetSimulationState.Request(state=SimulationState(state=state))
-        self.call(SetSimulationState, "set_simulation_state", wanted)
+        done = self.call(SetSimulationState, "set_simulation_state", wanted).result
+        if done.result not in (OK, ALREADY):
+            raise RuntimeError(f"flexsim_node does not take state {state}: {done.error_message}")
 
     def reset(self) -> None:
         """Return the robot to its first state, at time zero."""
@@ -138,37 +173,66 @@ class Rig:
             raise RuntimeError(f"case {case.name}: {done.reason}")
 
     def run(self, controller: str, case: Case, wanted: Trajectory, until: float, scene: Scene) -> Recording:
-        """Run one case with a fresh controller process."""
+        """Run one case with a fresh controller process; one that has no end is lost, with the reason."""
         self.loaded = scene
         self.set_state(STOPPED)
         self.set_faults(case)
         self.trajectories.publish(message(wanted, scene))
         name = f"{Path(shlex.split(controller)[0]).stem}_{len(self.trial.running)}"
         process = self.trial.start(name, [*command(controller), *self.parameters, "-p", f"rate:={self.rate}"])
-        trouble = ""
+        failed = False
+        try:
+            trouble = self.drive(process, until)
+        except Failed as problem:
+            if problem.process is not process:
+                raise
+            trouble, failed = str(problem), True
+        self.trial.dismiss(process)
+        if failed:  # a robot that has stopped is a reason for its controller to end
+            trouble = self.trouble() or trouble
+        found = recorded(self.states, self.shapes, until, trouble, self.rate)
+        self.set_state(STOPPED)  # which begins anew
+        return found
+
+    def drive(self, process: Process, until: float) -> str:
+        """Let a controller drive the robot from its first state on; why the run had no end, or nothing."""
         self.states.clear()
         self.shapes.clear()
+        self.watch.status = None
         self.reset()
         runs = self.states, self.shapes
         self.until(
-            lambda: all(run and self.begins(run[0]) for run in runs), ANSWERED, "no state after a reset"
+            lambda: self.watch.status and all(run and self.begins(run[0]) for run in runs),
+            ANSWERED,
+            "no state after a reset",
         )
+        if trouble := self.trouble():
+            return trouble
         self.set_state(PLAYING)
-        heard, since = 0, time.monotonic()
+        patience = Patience(process.pid, IDLE, STARTED)
+        refused = self.watch.status.refused if self.watch.status else 0
+        reached = stamp(self.states[-1]), stamp(self.shapes[-1])
         while min(stamp(run[-1]) for run in runs) < until - 1e-9:
             self.trial.check()
-            self.executor.spin_once(timeout_sec=0.05)
-            if len(self.states) != heard:
-                heard, since = len(self.states), time.monotonic()
-            elif time.monotonic() - since > (SILENT if heard > 1 else STARTED):
-                trouble = "no command came"
-                break
-            elif time.monotonic() - since > 1.0 and (trouble := self.trouble()):
-                break
-        found = recorded(self.states, self.shapes, until, trouble)
-        self.set_state(STOPPED)  # which begins anew
-        self.trial.dismiss(process)
-        return found
+            self.hear()
+            if self.watch.gone:
+                raise RuntimeError(self.watch.gone)
+            # What was said before the reset may have come after it, so the robot is asked.
+            if self.watch.trouble and (trouble := self.trouble()):
+                return trouble
+            now = stamp(self.states[-1]), stamp(self.shapes[-1])
+            status = self.watch.status
+            if now != reached:  # a state that is repeated is no sign of life
+                reached = now
+                patience.restart(IDLE, LONGEST)
+                refused = status.refused if status else 0
+            elif status and status.refused > refused:
+                patience.idle = REFUSED
+                trouble = f"the robot refuses its commands: {status.refusal}"
+            if patience.over:
+                self.trial.check()  # one that a signal has stopped is said to be so
+                return trouble or f"it has not answered the state at {round(min(now), 6):g} s"
+        return ""
 
 
 def command(controller: str) -> list[str]:
@@ -202,7 +266,7 @@ def stamp(state: Any) -> float:
     return float(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
 
 
-def recorded(states: list[Any], shapes: list[Any], until: float, trouble: str) -> Recording:
+def recorded(states: list[Any], shapes: list[Any], until: float, trouble: str, rate: float) -> Recording:
     """States and shapes of the same times, each once."""
     by_time = {stamp(m): m for m in states}
     shape = {stamp(m): m for m in shapes}
@@ -217,6 +281,7 @@ def recorded(states: list[Any], shapes: list[Any], until: float, trouble: str) -
         np.array([tip for tip, _ in tips]).reshape(-1, 3),
         np.array([rigid for _, rigid in tips]).reshape(-1, 3),
         trouble,
+        round(rate * times[-1]) + 1 - len(times) if times else 0,
     )
 
 
@@ -225,5 +290,9 @@ def rig(folder: Path, scene: Path, overrides: Mapping[str, Any], rate: float, st
     """A rig in a ROS domain of its own, all of whose processes have ended afterwards."""
     environment = own_domain()
     os.environ["ROS_DOMAIN_ID"] = environment["ROS_DOMAIN_ID"]
-    with processes(folder, environment, stopped) as trial, tool_node("bench") as node:
-        yield Rig(node, trial, scene, overrides, rate)
+    with (
+        processes(folder, environment, stopped) as trial,
+        tool_node("bench") as node,
+        tool_node("bench_ears") as ears,
+    ):
+        yield Rig(node, ears, trial, scene, overrides, rate)

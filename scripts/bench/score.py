@@ -26,6 +26,7 @@ class Recording:
     time : (K,) s; position, velocity, effort : (K, m)
     tip : (K, 3) m, where the last link's end is; rigid_tip : where the rigid robot has it
     trouble : why the run ended before its time, or nothing
+    missing : states on the way that did not reach the bench, so that the run can't be judged
     """
 
     time: Array
@@ -35,6 +36,7 @@ class Recording:
     tip: Array
     rigid_tip: Array
     trouble: str = ""
+    missing: int = 0
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ class Score:
     settling : s from the move's end until the tip stays within 0.5 % of its way of where it comes to rest
     effort_rms, effort_max, energy : torques, and the sum of what each motor put in or took out, J
     lost : whether it did not arrive
+    reason : why it is lost, or nothing
     """
 
     tracking_rms: float
@@ -61,6 +64,7 @@ class Score:
     effort_max: float
     energy: float
     lost: bool
+    reason: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """For programs."""
@@ -69,6 +73,10 @@ class Score:
 
 def score(run: Recording, wanted: Trajectory, until: float) -> Score:
     """Judge a run that was to last until a time, s."""
+    nothing = float("nan")
+    if not len(run.time):
+        why = run.trouble or "the robot showed no state"
+        return Score(nothing, nothing, nothing, nothing, nothing, nothing, nothing, nothing, True, why)
     reference = np.array([wanted.at(t)[0] for t in run.time])
     error = run.position - reference
     moving = (run.time >= wanted.time[0]) & (run.time <= wanted.time[-1])
@@ -76,7 +84,6 @@ def score(run: Recording, wanted: Trajectory, until: float) -> Score:
     end = run.time >= until - 0.1 * (until - wanted.time[-1])
     way = float(np.abs(wanted.position[-1] - wanted.position[0]).max())
     whole = not run.trouble and bool(end.any()) and bool(settled.any())
-    nothing = float("nan")
     final = float(np.abs(error[end]).max()) if end.any() else nothing
     vibration = nothing
     if settled.any():
@@ -85,6 +92,11 @@ def score(run: Recording, wanted: Trajectory, until: float) -> Score:
         main = np.linalg.svd(away, full_matrices=False)[2][0]  # the direction in which it swings most
         vibration = float(np.ptp(away @ main))
     step = np.diff(run.time, prepend=run.time[:1])
+    reason = run.trouble
+    if not reason and not whole:
+        reason = "the robot showed no state at the end"
+    elif not reason and not final < LOST * way:
+        reason = f"a joint is {final:.3g} rad or m off at the end, more than {LOST:g} of its way"
     return Score(
         tracking_rms=float(np.sqrt(np.mean(error[moving] ** 2))) if moving.any() else nothing,
         tracking_max=float(np.abs(error[moving]).max()) if moving.any() else nothing,
@@ -94,7 +106,8 @@ def score(run: Recording, wanted: Trajectory, until: float) -> Score:
         effort_rms=float(np.sqrt(np.mean(run.effort**2))),
         effort_max=float(np.abs(run.effort).max()),
         energy=float(np.sum(np.abs(run.effort * run.velocity) * step[:, None])),
-        lost=not whole or not final < LOST * way,
+        lost=bool(reason),
+        reason=reason,
     )
 
 

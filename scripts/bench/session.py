@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +15,17 @@ from .rig import Rig
 from .score import Recording, Score, score
 
 DELAYS = (1, 2, 4, 8, 16, 32, 64)  # periods
+TRIES = 3  # of a run of which states are lost on their way
 NOMINAL = Case("nominal", "nothing in its way")
+
+
+@dataclass(frozen=True)
+class Delay:
+    """The longest delay that a controller bore, the shortest at which it was lost, s, and why it was."""
+
+    borne: float
+    lost: float | None = None
+    reason: str = ""
 
 
 class Session:
@@ -23,7 +34,7 @@ class Session:
     Attributes
     ----------
     recordings, scores : controller to case to what was done and how it is judged
-    delays : controller to the longest delay that it bore and the shortest at which it was lost, s
+    delays : controller to the longest delay that it bore and the shortest at which it was lost, s, and why
     about : what each case is
     """
 
@@ -34,14 +45,19 @@ class Session:
         self.until = round((float(wanted.time[-1]) + settle) * rig.rate) / rig.rate
         self.recordings: dict[str, dict[str, Recording]] = {}
         self.scores: dict[str, dict[str, Score]] = {}
-        self.delays: dict[str, dict[str, float | None]] = {}
+        self.delays: dict[str, Delay] = {}
         self.about = {NOMINAL.name: NOMINAL.about}
         self._planned: list[Case] = []
 
     def judge(self, controller: str, only: Sequence[str] = (), *, find_latency: bool = True) -> None:
-        """Run a controller through all cases, or only those named."""
+        """Run a controller through all cases, or only those named.
+
+        One whose nominal run has no end is spared the others, which would have none either.
+        """
         self.recordings[controller], self.scores[controller] = {}, {}
         self._run(controller, NOMINAL)
+        if self.recordings[controller][NOMINAL.name].trouble:
+            return
         if not self._planned:
             # What a push or a weak motor is depends on what the first controller needs.
             effort = np.abs(self.recordings[controller][NOMINAL.name].effort).max(axis=0)
@@ -55,19 +71,27 @@ class Session:
 
     def _run(self, controller: str, case: Case) -> Score:
         self.say(f"{controller}: {case.name}")
-        run = self.rig.run(controller, case, self.wanted, self.until, self.scene)
+        for _ in range(TRIES):
+            run = self.rig.run(controller, case, self.wanted, self.until, self.scene)
+            if not run.missing:
+                break
+            self.say(f"{controller}: {case.name}: {run.missing} states did not reach the bench; once more")
+        else:
+            raise RuntimeError(f"{run.missing} states did not reach the bench: the machine is too busy")
         self.recordings[controller][case.name] = run
         found = self.scores[controller][case.name] = score(run, self.wanted, self.until)
+        if found.lost:
+            self.say(f"{controller}: {case.name}: lost: {found.reason}")
         return found
 
-    def _tolerance(self, controller: str) -> dict[str, float | None]:
+    def _tolerance(self, controller: str) -> Delay:
         borne = 0.0
         for periods in DELAYS:
             delay = periods / self.rig.rate
             case = latency(delay)
-            lost = self._run(controller, case).lost
+            found = self._run(controller, case)
             del self.recordings[controller][case.name], self.scores[controller][case.name]
-            if lost:
-                return {"borne": borne, "lost": delay}
+            if found.lost:
+                return Delay(borne, delay, found.reason)
             borne = delay
-        return {"borne": borne, "lost": None}
+        return Delay(borne)

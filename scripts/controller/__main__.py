@@ -3,7 +3,8 @@
 Parameters: scene, rate, listeners, duration, start, goal, there, back, time, stiffness, damping,
 all of them; config/demo.params.yaml is an example.  It reads `joint_states`, whose stamps are its
 clock, and writes `flexsim_node/commands` and, for the record, `joint_references`.  When the duration
-is over it says so, and holds on until SIGINT or SIGTERM: who lets go of an arm drops it.
+is over it says so, and holds on until SIGINT or SIGTERM, or until the robot has ended: who lets go of an arm
+drops it.
 """
 
 from __future__ import annotations
@@ -17,14 +18,17 @@ from typing import Any
 
 import numpy as np
 
+from ..ros.simulator import SimulatorWatch
 from ..terminal.stop import Stop, stopped_by_signals
 from .joint_pd import JointPd, Move
+from .joints import joint_order
 
 NAME = "flexsim_controller"
 NUMBERS = ("rate", "duration", "there", "back", "time", "listeners")
 LISTS = ("start", "goal", "stiffness", "damping")
 # A robot may be compiling its kernels before it speaks, but does not fall silent later.
 FIRST_STATE, NEXT_STATE = 120.0, 2.0
+LOOK = 0.1  # s from one look at how the robot does to the next
 
 
 def read_parameters(node: Any) -> dict[str, Any]:
@@ -44,7 +48,7 @@ def read_parameters(node: Any) -> dict[str, Any]:
 
 
 def control(node: Any, stopped: Stop) -> None:
-    """Control until a signal comes."""
+    """Control until a signal comes, or the robot ends after the duration; raises RuntimeError before."""
     from rclpy.qos import QoSProfile
     from sensor_msgs.msg import JointState
     from std_msgs.msg import Float64MultiArray
@@ -58,6 +62,7 @@ def control(node: Any, stopped: Stop) -> None:
     law = JointPd(scene, move, np.array(given["stiffness"]), np.array(given["damping"]))
     states = node.create_subscription(JointState, "joint_states", lambda _: None, QoSProfile(depth=1))
     commands = node.create_publisher(Float64MultiArray, "flexsim_node/commands", QoSProfile(depth=1))
+    robot = SimulatorWatch(node, "flexsim_node")
     references = node.create_publisher(JointState, "joint_references", QoSProfile(depth=1))
     wanted = JointState(name=list(scene.joint_names))
     node.get_logger().info("ready; waiting for joint states")
@@ -71,20 +76,37 @@ def control(node: Any, stopped: Stop) -> None:
     sleep_finely()
     go_first()
     pace = Pace(round(SECOND / given["rate"]))
+    told = False  # that another scene is simulated
+    ticks, looks = 0, max(1, round(LOOK * given["rate"]))
     while not stopped.asked:
         pace.wait()
+        ticks += 1
+        if ticks % looks == 0:
+            robot.poll()
+            gone = robot.gone
+            if over and gone:  # nothing is left to hold
+                return
+            if trouble := robot.trouble or gone:
+                raise RuntimeError(trouble)
+            if news := robot.news():
+                node.get_logger().warning(news)
+            if not told and (other := robot.other_scene(scene.name)):
+                node.get_logger().warning(other)
+                told = True
         with states.handle:
             taken = states.handle.take_message(JointState, False)
         if taken is not None:
             last, heard = taken[0], time.monotonic()
         elif time.monotonic() - heard > NEXT_STATE:
-            raise RuntimeError(f"no joint states for {NEXT_STATE:g} s; is flexsim_node running?")
+            waited = NEXT_STATE if last is not None else FIRST_STATE
+            raise RuntimeError(f"no joint states for {waited:g} s; is flexsim_node running?")
         if last is None or (order is None and commands.get_subscription_count() < given["listeners"]):
             continue
         t = last.header.stamp.sec + 1e-9 * last.header.stamp.nanosec
         if order is None:
-            order = joint_order(last.name, scene.joint_names)
+            order = joint_order("joint_states", last.name, scene.joint_names)
             begun = t
+        begun = min(begun, t)  # a robot whose time begins anew begins the move anew
         if not over and t - begun >= given["duration"]:
             over = True
             node.get_logger().info("the move is over")
@@ -99,14 +121,6 @@ def control(node: Any, stopped: Stop) -> None:
         references.publish(wanted)
 
 
-def joint_order(published: list[str], wanted: tuple[str, ...]) -> list[int]:
-    """Return where each of the scene's joints stands in a JointState."""
-    missing = [name for name in wanted if name not in published]
-    if missing:
-        raise RuntimeError(f"joint_states has no {missing[0]}; is another scene running?")
-    return [published.index(name) for name in wanted]
-
-
 def main() -> int:
     """Run the controller.  Returns 0 when a signal came, 1 where it failed."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
@@ -118,7 +132,7 @@ def main() -> int:
         node = rclpy.create_node(NAME, automatically_declare_parameters_from_overrides=True)
         try:
             control(node, stopped)
-        except (ValueError, RuntimeError) as problem:
+        except (ValueError, LookupError, RuntimeError) as problem:
             print(f"{NAME}: {problem}", file=sys.stderr)
             return 1
         finally:

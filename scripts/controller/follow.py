@@ -17,7 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from ..ros.simulator import SimulatorWatch
 from ..terminal.stop import Stop, stopped_by_signals
+from .joints import joint_order
 from .laws import LAWS, Law
 from .trajectory import Trajectory
 
@@ -47,6 +49,7 @@ class Follower:
         self.period = 1.0 / float(given["rate"])
         self.law_name, self.begin = law, 0.0
         self.law: Law | None = None
+        self.trajectory: Trajectory | None = None
         self.kind = Float64MultiArray
         self.state: Any = None  # the last one that is not answered yet
         self.shapes: dict[int, np.ndarray] = {}  # deflections by stamp
@@ -61,13 +64,14 @@ class Follower:
 
     def on_trajectory(self, message: Any) -> None:
         """Design the law for this way."""
-        order = [message.joint_names.index(name) for name in self.scene.joint_names]
+        order = joint_order("joint_trajectory", message.joint_names, self.scene.joint_names)
         points = message.points
         trajectory = Trajectory(
             np.array([seconds(p.time_from_start) for p in points]),
             np.array([p.positions for p in points])[:, order],
             np.array([p.velocities for p in points])[:, order],
         )
+        self.trajectory = trajectory
         self.law = LAWS[self.law_name](self.scene, trajectory, self.period)
         self.begin = seconds(message.header.stamp)
         self.answer()
@@ -91,9 +95,11 @@ class Follower:
         stamp = nanoseconds(self.state.header.stamp)
         if stamp == self.answered or (self.wants_shape and stamp not in self.shapes):
             return
+        if stamp < self.answered and self.trajectory is not None:
+            # The robot was reset: what the law remembers is of another motion.
+            self.law = LAWS[self.law_name](self.scene, self.trajectory, self.period)
         self.answered = stamp
-        names = list(self.state.name)
-        order = [names.index(name) for name in self.scene.joint_names]
+        order = joint_order("joint_states", self.state.name, self.scene.joint_names)
         torque = self.law.torque(
             1e-9 * stamp - self.begin,
             np.array(self.state.position)[order],
@@ -124,10 +130,20 @@ def run(law: str, stopped: Stop) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:
-        node.follower = Follower(node, law)  # type: ignore[attr-defined]
+        follower = Follower(node, law)
+        told = False  # that another scene is simulated
+        robot = SimulatorWatch(node, "flexsim_node")
         node.get_logger().info(f"{law}: ready; waiting for a trajectory and joint states")
         while not stopped.asked:
             executor.spin_once(timeout_sec=SPIN_PERIOD)
+            # One that has stopped may be reset; of one that is gone nothing can be expected.
+            if news := robot.news():
+                node.get_logger().warning(news)
+            if not told and (other := robot.other_scene(follower.scene.name)):
+                node.get_logger().warning(other)
+                told = True
+            if gone := robot.gone:
+                raise RuntimeError(gone)
     finally:
         executor.shutdown()
         node.destroy_node()
@@ -143,7 +159,7 @@ def main() -> int:
     with stopped_by_signals() as stopped:
         try:
             run(sys.argv[1], stopped)
-        except (ValueError, ArithmeticError) as problem:
+        except (ValueError, ArithmeticError, LookupError, RuntimeError) as problem:
             print(f"{NAME}: {problem}", file=sys.stderr)
             return 1
     return 0

@@ -8,8 +8,10 @@ from .case import Case
 def all_cases() -> list[Case]:
     """Every case, in the order of the table."""
     from .doors import CASES as DOORS
+    from .loads import CASES as LOADS
+    from .losses import CASES as LOSSES
     from .mechanisms import CASES as MECHANISMS
     from .motions import CASES as MOTIONS
     from .robots import CASES as ROBOTS
 
-    return [*ROBOTS, *MOTIONS, *MECHANISMS, *DOORS]
+    return [*ROBOTS, *MOTIONS, *LOADS, *LOSSES, *MECHANISMS, *DOORS]

@@ -174,6 +174,20 @@ def nearly_singular_zeroed() -> Outcome:
     return stopped(run, "J_0")
 
 
+def watchmaker() -> Outcome:
+    """Links of 5 mm and a tenth of a millimetre of steel: milligrams."""
+    beam = {"width": 1e-4, "depth": 3e-4}
+    scene = planar(bar("link_1", 5e-3, beam=beam), bar("link_2", 5e-3, beam=beam))
+    return balanced(scene, simulate(load_scene(scene), duration=0.02, sample_period=1e-3), 1e-3)
+
+
+def crane() -> Outcome:
+    """A jib of 40 m under its own weight."""
+    beam = {"width": 0.6, "depth": 0.5, "density": 800.0}
+    scene = planar(bar("jib", 40.0, beam=beam), bar("fly_jib", 10.0, beam=beam))
+    return balanced(scene, fall(scene, 1.0), 1e-3)
+
+
 CASES = [
     Case(
         "moduli_1e6_to_1e14",
@@ -226,6 +240,19 @@ CASES = [
         beta_against_the_step,
     ),
     Case("alpha_1e4", "mass damping whose time constant is a tenth of a step", "bounded", mass_damping),
+    Case(
+        "links_of_5_mm",
+        "milligrams, and frequencies of kilohertz",
+        "energy kept to 0.1 %",
+        watchmaker,
+    ),
+    Case("jib_of_40_m", "tonnes, and seconds", "energy kept to 0.1 %", crane),
+    Case(
+        "step_2e-7",
+        "hardly longer than the shortest step there is",
+        "energy kept to 0.1 %",
+        lambda: step_of(2e-7, 3000),
+    ),
     Case(
         "step_1e-6",
         "round-off adds up over many tiny steps",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,24 +58,26 @@ def again(
 
     drive = read_drive(bag)
     if scene is None and drive.scene is None:
-        raise BagError(f"{bag.path} does not hold its scene; name it: --scene SCENE.yaml")
+        raise BagError(f"{bag.path}: {drive.why_not}; name it: --scene SCENE.yaml")
     with tempfile.TemporaryDirectory(prefix="flexsim_") as name, tool_node("flexsim_play") as node:
         folder = Path(name)
+        changes, own = drive.overrides, dict(drive.parameters)  # another scene gets what its node changed
         if scene is None:
             assert drive.scene is not None
-            scene = folder / drive.scene_name
-            scene.write_bytes(drive.scene)
-        as_it_was = load_scene(scene, overrides=drive.overrides)
+            changes = {}
+            own.pop("faults", None)  # the scene has them
+            scene = folder / "scene.yaml"
+            scene.write_text(json.dumps(drive.scene.scene), encoding="utf-8")  # JSON is YAML
+        as_it_was = load_scene(scene, overrides=changes)
         drive = tick_by_tick(drive, bag, as_it_was)
-        parameters = node_parameters(drive, scene.resolve())
-        parameters |= {f"override.{key}": value for key, value in settings.items()}
+        parameters = node_parameters(replace(drive, parameters=own), scene.resolve(), changes | settings)
         said = ""
         with BagWriter(output) as written:
             recorder = Recorder(node, written, ["*"])
 
             def heard() -> bool:
                 """Whether all of the robot's states reach the new bag."""
-                return not recorder.asking and all(
+                return not recorder.expecting and all(
                     topic in recorder.topics and recorder.topics[topic].count for topic in WAITED_FOR
                 )
 
@@ -83,8 +87,8 @@ def again(
 
             try:
                 with node_process(parameters, folder, stopped) as child:
-                    driver = Driver(node, drive, meanwhile)
-                    driver.connect(stopped, heard, child)
+                    driver = Driver(node, drive, meanwhile, child)
+                    driver.connect(stopped, heard)
                     begun = time.monotonic()
                     try:
                         driver.run(stopped)

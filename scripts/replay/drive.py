@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from flexsim_ros.published_scene import PublishedScene
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
@@ -32,8 +33,8 @@ class Drive:
         From one joint state to the next; of a tick, where it is known tick by tick.
     torque : (K, m), N m or N
         In force in each period; the effort of the joint state at its end.
-    scene : bytes or None
-        The scene's text, where the bag holds it.
+    scene : PublishedScene or None
+        What the node published of the scene that it ran; None: why_not says why the bag has none.
     parameters : dict
         Those of the node that ran it, where the bag holds them.
     """
@@ -41,8 +42,8 @@ class Drive:
     joint_names: tuple[str, ...]
     period: int
     torque: NDArray[np.float64]
-    scene_name: str
-    scene: bytes | None
+    scene: PublishedScene | None
+    why_not: str
     parameters: dict[str, Any]
     ticks: int = 1
     """How many periods there are to a joint state."""
@@ -62,8 +63,8 @@ class Drive:
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """What the node changed of its scene, by key."""
-        return overrides_of(self.parameters)
+        """What the node changed of its file, by key; the scene that it published has it."""
+        return overrides_of(self.parameters) if self.scene is None else dict(self.scene.overrides)
 
     def held(self, source: str, joint_names: tuple[str, ...], steps: int, step: float) -> NDArray[np.float64]:
         """Return the torque (steps, m) in force at each of a simulation's steps, s long.
@@ -134,7 +135,7 @@ def read_drive(bag: Bag, topic: str | None = None) -> Drive:
     if not np.isfinite(torque).all():
         raise BagError(f"{bag.path}: an effort of {name} is not finite")
     robot = robot_in(bag)
-    return Drive(names, period, torque, robot.scene_name, robot.scene, robot.parameters)
+    return Drive(names, period, torque, robot.scene, robot.why_not, robot.parameters)
 
 
 def joint_topic(bag: Bag) -> str:
@@ -145,9 +146,14 @@ def joint_topic(bag: Bag) -> str:
     return found
 
 
-def node_parameters(drive: Drive, scene: Path) -> dict[str, Any]:
-    """Return the parameters of a node that is to go through the run again, in lock-step."""
+def node_parameters(drive: Drive, scene: Path, changes: dict[str, Any]) -> dict[str, Any]:
+    """Return the parameters of a node that is to go through the run again, in lock-step.
+
+    changes : what it is to change of the scene, by key
+    """
     given = {n: v for n, v in drive.parameters.items() if n not in CHOSEN and "qos_overrides" not in n}
+    given = {n: v for n, v in given.items() if not n.startswith("override.")}
+    given |= {f"override.{key}": value for key, value in changes.items()}
     given = {n: v for n, v in given.items() if n != "start_type_description_service"}
     given |= {"scene": str(scene), "mode": "lockstep", "rate": drive.rate}
     # Each tick is answered by a joint state; all else comes as often as it did.

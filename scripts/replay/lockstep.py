@@ -13,7 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..terminal.child import start_child
+from ..ros.simulator import SimulatorWatch
+from ..terminal.child import ending, start_child
 from ..terminal.stop import Stop
 from .drive import FIRST, SECOND, Drive
 
@@ -26,7 +27,6 @@ STATES, COMMANDS = "/joint_states", f"/{NODE}/commands"
 START_TIMEOUT = 240.0
 ANSWER_TIMEOUT = 30.0
 END_TIMEOUT = 10.0
-STANDSTILL = 3.0
 POLL_PERIOD = 0.02
 
 
@@ -53,7 +53,7 @@ def node_process(
                 raise KeyboardInterrupt
             if child.poll() is not None:
                 said = log.read_text(errors="replace").strip().splitlines()
-                raise RuntimeError(f"{NODE} ended: {said[-1] if said else child.returncode}")
+                raise RuntimeError(f"{NODE} {ending(child.returncode)}{': ' + said[-1] if said else ''}")
             if time.monotonic() > end:
                 raise RuntimeError(f"{NODE} was not ready within {START_TIMEOUT:.0f} s")
             time.sleep(POLL_PERIOD)
@@ -61,6 +61,7 @@ def node_process(
     finally:
         if child.poll() is None:
             child.send_signal(signal.SIGINT)
+            child.send_signal(signal.SIGCONT)  # what a signal has stopped hears no other
             try:
                 child.wait(END_TIMEOUT)
             except subprocess.TimeoutExpired:
@@ -77,9 +78,17 @@ class Driver:
     drive : Drive
     meanwhile : callable
         Called between steps about a hundred times a second: records, shows how it goes.
+    simulator : Popen
+        The process of flexsim_node.
     """
 
-    def __init__(self, node: Node, drive: Drive, meanwhile: Callable[[int], None]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        drive: Drive,
+        meanwhile: Callable[[int], None],
+        simulator: subprocess.Popen[bytes],
+    ) -> None:
         from rclpy.qos import QoSProfile
         from sensor_msgs.msg import JointState
         from std_msgs.msg import Float64MultiArray
@@ -90,12 +99,19 @@ class Driver:
         self._states = node.create_subscription(JointState, STATES, lambda _: None, QoSProfile(depth=100))
         self._commands = node.create_publisher(Float64MultiArray, COMMANDS, QoSProfile(depth=10))
         self._next = 0.0
+        self._watch = SimulatorWatch(node, NODE, simulator)
+        self._resets = 0  # when the run began
 
-    def connect(self, stopped: Stop, ready: Callable[[], bool], simulator: subprocess.Popen[bytes]) -> None:
+    def connect(self, stopped: Stop, ready: Callable[[], bool]) -> None:
         """Wait for the robot to stand ready at its beginning, and for whoever else listens."""
         end = time.monotonic() + ANSWER_TIMEOUT
         seen: int | None = None
-        while seen is None or self._commands.get_subscription_count() == 0 or not ready():
+        while (
+            seen is None
+            or self._watch.status is None
+            or self._commands.get_subscription_count() == 0
+            or not ready()
+        ):
             self._meanwhile(0)
             taken = self._take()
             seen = seen if taken is None else taken
@@ -106,12 +122,13 @@ class Driver:
                 )
             if stopped.asked:
                 raise KeyboardInterrupt
-            if simulator.poll() is not None:
-                raise RuntimeError(f"{NODE} ended at once, with exit code {simulator.returncode}")
+            if gone := self._watch.gone:
+                raise RuntimeError(gone)
             if time.monotonic() > end:
                 whole = "" if seen is None else "wholly "
                 raise RuntimeError(f"{NODE} is not {whole}to be heard within {ANSWER_TIMEOUT:.0f} s")
             time.sleep(0.005)
+        self._resets = self._watch.status.resets
 
     def run(self, stopped: Stop) -> int:
         """Go through the run; returns how many periods were driven."""
@@ -137,13 +154,25 @@ class Driver:
                 self._meanwhile(k)
                 if stopped.asked:
                     raise KeyboardInterrupt
-                if now - begun > STANDSTILL and seen is not None:
-                    raise Stopped(f"the simulator stands still at {seen / SECOND:g} s")
+                if trouble := self._trouble():
+                    raise Stopped(trouble)
                 if now - begun > ANSWER_TIMEOUT:
                     raise Stopped(f"no state came for {ANSWER_TIMEOUT:.0f} s")
 
+    def _trouble(self) -> str:
+        """Why no state is to be expected, or nothing."""
+        status = self._watch.status
+        if (trouble := self._watch.gone or self._watch.trouble) or status is None:
+            return trouble
+        if status.resets != self._resets:
+            return f"somebody has reset {NODE}"
+        if status.phase == "paused":
+            return f"somebody has paused {NODE} at {status.time:.6g} s"
+        return ""
+
     def _meanwhile(self, k: int) -> None:
         self._next = time.monotonic() + 0.01
+        self._watch.poll()
         self.meanwhile(k)
 
     def _take(self) -> int | None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..bag.cdr import Decoder
 from ..bag.definitions import definition
 from ..ros.raw_topic import RawTopic
+from ..ros.simulator import SimulatorWatch
 from ..terminal.stop import Stop
 from .door import STAMP, DoorView, cold_temperature, stamps
 from .door_bag import CRITERIA, DEFLECTION, FIELD, FIELDS, IMAGE, MESH, TEMPERATURE, THERMOCOUPLES, mesh_of
@@ -56,8 +57,8 @@ class LiveDoor:
         self._readings: dict[float, tuple[list[str], NDArray[np.float64]]] = {}
         self._cold: float | None = None
 
-    def run(self, stopped: Stop, duration: float | None) -> None:
-        """Show until asked to stop, or for `duration` seconds from the first message on."""
+    def run(self, stopped: Stop, duration: float | None, simulator: SimulatorWatch) -> None:
+        """Show until asked to stop, until the door is gone, or for `duration` s from the first message on."""
         begun: float | None = None
         next_discovery = 0.0
         last = False
@@ -65,6 +66,7 @@ class LiveDoor:
             # What came in before the end is shown.
             now = time.monotonic()
             last = stopped.asked or (duration is not None and begun is not None and now - begun >= duration)
+            last |= bool(simulator.look())
             if now >= next_discovery:
                 self._discover()
                 next_discovery = now + DISCOVERY_PERIOD

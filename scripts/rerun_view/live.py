@@ -23,7 +23,8 @@ from ..bag.definitions import definition
 from ..bag.diagnostics import statuses
 from ..ros.parameters import ParameterQuestion
 from ..ros.raw_topic import RawTopic
-from ..terminal.child import start_child
+from ..ros.simulator import SimulatorWatch
+from ..terminal.child import ending, start_child
 from ..terminal.stop import Stop
 from . import robot
 from .bag import DOOR_SCALE, ROBOT_SCALE
@@ -75,14 +76,24 @@ DOOR = Kind("door", "thermal_node", MESH_TOPIC)
 
 def kind_of(scene: Path) -> Kind:
     """Say what a scene is of; what is wrong with it, its node will say."""
+    return DOOR if keys_of(scene).get("model") == "fire_door" else ROBOT
+
+
+def name_of(scene: Path) -> str:
+    """Return a scene's name."""
+    return str(keys_of(scene).get("name", ""))
+
+
+def keys_of(scene: Path) -> dict[str, Any]:
+    """Return a scene's keys, unchecked; none where it can't be read."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
 
     try:
         said = YAML(typ="safe", pure=True).load(scene.read_text(encoding="utf-8"))
     except (YAMLError, UnicodeDecodeError):
-        return ROBOT
-    return DOOR if isinstance(said, dict) and said.get("model") == "fire_door" else ROBOT
+        return {}
+    return said if isinstance(said, dict) else {}
 
 
 def shown_live(
@@ -95,8 +106,8 @@ def shown_live(
 
 
 @contextmanager
-def simulator(node: Node, scene: Path, stopped: Stop, kind: Kind = ROBOT) -> Iterator[None]:
-    """Start the node of a scene unless one is running, and end it afterwards.
+def simulator(node: Node, scene: Path, stopped: Stop, kind: Kind = ROBOT) -> Iterator[SimulatorWatch]:
+    """Start the node of a scene unless one is running, give a watch on it, and end it afterwards.
 
     Raises
     ------
@@ -104,7 +115,14 @@ def simulator(node: Node, scene: Path, stopped: Stop, kind: Kind = ROBOT) -> Ite
         It is not installed, or ends before it publishes.
     """
     if running(node, DISCOVERY_TIME, stopped, kind.topic):
-        yield
+        found = SimulatorWatch(node, kind.executable)
+        end = time.monotonic() + DISCOVERY_TIME
+        while found.status is None and time.monotonic() < end and not stopped.asked:
+            found.poll()
+            time.sleep(0.02)
+        if other := found.other_scene(name_of(scene)):
+            print(f"{other}; it is shown, since it is running already", file=sys.stderr, flush=True)
+        yield found
         return
     beside = Path(sys.executable).with_name(kind.executable)
     executable = str(beside) if beside.exists() else shutil.which(kind.executable)
@@ -118,12 +136,13 @@ def simulator(node: Node, scene: Path, stopped: Stop, kind: Kind = ROBOT) -> Ite
             if stopped.asked:
                 break
             if child.poll() is not None:
-                raise RuntimeError(f"{kind.executable} ended with exit code {child.returncode}")
+                raise RuntimeError(f"{kind.executable} {ending(child.returncode)}")
             if time.monotonic() > end:
                 raise RuntimeError(f"{kind.executable} published nothing within {START_TIMEOUT:.0f} s")
-        yield
+        yield SimulatorWatch(node, kind.executable, child)
     finally:
         child.send_signal(signal.SIGINT)
+        child.send_signal(signal.SIGCONT)  # what a signal has stopped hears no other
         try:
             child.wait(END_TIMEOUT)
         except subprocess.TimeoutExpired:
@@ -174,8 +193,8 @@ class LiveRobot:
         self._question: ParameterQuestion | None = ParameterQuestion(node, f"/{EXECUTABLE}")
         self._asked = time.monotonic()
 
-    def run(self, stopped: Stop, duration: float | None) -> None:
-        """Show until asked to stop, or for `duration` seconds from the first message on."""
+    def run(self, stopped: Stop, duration: float | None, simulator: SimulatorWatch) -> None:
+        """Show until asked to stop, until the robot is gone, or for `duration` s from the first message."""
         begun: float | None = None
         next_discovery = 0.0
         last = False
@@ -183,6 +202,7 @@ class LiveRobot:
             # What came in before the end is shown.
             now = time.monotonic()
             last = stopped.asked or (duration is not None and begun is not None and now - begun >= duration)
+            last |= bool(simulator.look())
             if now >= next_discovery:
                 self._discover()
                 next_discovery = now + DISCOVERY_PERIOD

@@ -8,13 +8,16 @@ from numpy.typing import NDArray
 WINDOW = 4.0  # s
 HIGHEST = 100.0  # Hz
 SAMPLES = 2048  # of a window: enough for HIGHEST
+PADDED = 8  # lines that are looked at for each that is shown
 LEAST = 64  # samples that a window must hold
 
 
 def spectrum(time: NDArray[np.float64], motion: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
-    """Return frequencies, Hz, and amplitudes of a motion (K, n), of all components together.
+    """Return frequencies, Hz, and amplitudes of a motion (K, n), along the direction in which it is largest.
 
-    A sine of amplitude a in one component has a peak of height a. Times need not be evenly spaced.
+    A line shows the largest amplitude about it, so that a sine of amplitude a has a peak of height a wherever
+    it lies between lines, and a circle one of its radius. Times need not be evenly spaced;
+    between them lines are drawn, which takes 5 % of a sine at an eighth of their rate.
     """
     span = time[-1] - time[0]
     if len(time) < LEAST or not span > 0.0:
@@ -25,11 +28,14 @@ def spectrum(time: NDArray[np.float64], motion: NDArray[np.float64]) -> tuple[ND
     basis = np.vander((even - even.mean()) / span, 4)
     moved -= basis @ np.linalg.lstsq(basis, moved, rcond=None)[0]
     window = np.hanning(SAMPLES)
-    lines = np.fft.rfft(moved * window[:, None], axis=0) * 2.0 / window.sum()
+    lines = np.fft.rfft(moved * window[:, None], PADDED * SAMPLES, axis=0) * 2.0 / window.sum()
+    across = (lines[:, :, None] * lines[:, None, :].conj()).real
+    fine = np.sqrt(np.maximum(np.linalg.eigvalsh(across)[:, -1], 0.0))
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(fine, PADDED // 2), PADDED + 1)[::PADDED]
     frequency = np.fft.rfftfreq(SAMPLES, span / SAMPLES)
     # Beyond half of the rate at which it was sampled there is nothing to know.
     known = frequency <= min(HIGHEST, 0.5 * (len(time) - 1) / span)
-    return frequency[known], np.linalg.norm(lines[known], axis=1)
+    return frequency[known], around.max(axis=1)[known]
 
 
 class Running:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -78,12 +77,3 @@ def taken(client: Client) -> Any:
     kind: Any = client.srv_type
     with client.handle:
         return client.handle.take_response(kind.Response)[1]
-
-
-def scene_of(parameters: dict[str, Any]) -> tuple[str, bytes] | None:
-    """Return the name and the text of the scene that a node simulates; None where there is none."""
-    path = Path(str(parameters.get("scene") or ""))
-    try:
-        return path.name, path.read_bytes()
-    except OSError:  # the node runs elsewhere, or its scene is gone
-        return None

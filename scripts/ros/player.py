@@ -26,6 +26,12 @@ NAP = 0.02
 WATCH = 100_000
 # s that a subscriber has, at the end, to take what is left.
 ACKNOWLEDGED = 2.0
+# s that other nodes have to be seen before something is published beside them.
+LOOKED_ROUND = 0.5
+# Who hears commands and obeys none: recorders, ours and ROS 2's, and views.
+LISTENERS = ("flexsim_record_", "flexsim_view_", "rosbag2_", "_")
+# Topics that move a simulator.
+COMMANDS = ("commands", "robot_joint_commands", "wrench", "measured_temperature")
 
 
 @dataclass
@@ -91,6 +97,26 @@ class Player:
                 return False
             time.sleep(0.01)
         return True
+
+    def beside(self, timeout: float = LOOKED_ROUND) -> dict[str, list[str]]:
+        """Look round for a while: who else publishes on the topics, and whom commands would move."""
+        end = time.monotonic() + timeout
+        while time.monotonic() < end:
+            time.sleep(NAP)
+        found: dict[str, list[str]] = {}
+        for name in self._publishers:
+            own = self.node.get_name()
+            who = {full_name(p) for p in self.node.get_publishers_info_by_topic(name) if p.node_name != own}
+            if is_command(self.bag.topic(name)):
+                heard = self.node.get_subscriptions_info_by_topic(name)
+                who |= {
+                    full_name(s)
+                    for s in heard
+                    if s.node_name != own and not s.node_name.startswith(LISTENERS)
+                }
+            if who:
+                found[name] = sorted(who)
+        return found
 
     def play(self, timing: Timing, stopped: Any, tick: Any) -> None:
         """Publish until the bag is over or the program is asked to end.
@@ -190,6 +216,16 @@ class Player:
                 before = [data for log_time, data in self.bag.messages(name) if log_time < start]
                 if before:
                     yield start, name, before[-1]
+
+
+def full_name(endpoint: Any) -> str:
+    """Return the full name of the node that an endpoint belongs to."""
+    return f"{endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"
+
+
+def is_command(topic: Topic) -> bool:
+    """Say whether a topic moves a simulator that listens to it."""
+    return topic.name.rpartition("/")[2] in COMMANDS
 
 
 def chosen(bag: Bag, patterns: tuple[str, ...], without: tuple[str, ...]) -> list[str]:

@@ -8,9 +8,13 @@ import time
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
+from flexsim_ros.published_scene import TOPIC, TYPE, PublishedScene, SceneSpoilt, read_published_scene
+
+from ..bag.cdr import Decoder
 from ..bag.definitions import definition
-from .parameters import ParameterQuestion, scene_of
+from ..bag.scenes import attached
 from .raw_topic import RawTopic, Received
+from .simulator import SimulatorWatch
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -19,7 +23,7 @@ if TYPE_CHECKING:
 
 POLL_PERIOD = 0.01
 DISCOVERY_PERIOD = 0.1
-# Who publishes these is a simulator, whose scene and parameters belong into the bag.
+# Who publishes these is a simulator, whose scene belongs into the bag.
 SIMULATED = {"flexsim_msgs/msg/ElasticLayout", "flexsim_msgs/msg/LeafMesh"}
 # What the middleware calls a node of which it knows a publisher, but not yet the name.
 NAMELESS = "_NODE_NAME_UNKNOWN_"
@@ -44,8 +48,14 @@ class Recorder:
         self._numbers: dict[str, int] = {}
         self._held: list[Received] = []
         self._next_discovery = 0.0
-        self._questions: dict[str, ParameterQuestion | None] = {}
+        # Of whom a scene is expected, who has told it, their topics; topics of nameless publishers.
+        self._simulators: set[str] = set()
+        self._told: set[str] = set()
+        self._scenes: set[str] = set()
         self._nameless: set[str] = set()
+        self._watches: dict[str, SimulatorWatch] = {}
+        self._gone: set[str] = set()
+        self._texts = Decoder(TYPE, definition(TYPE))
 
     def step(self) -> None:
         """Look for topics if it is time, and write what came in; raises OSError where that fails."""
@@ -59,8 +69,10 @@ class Recorder:
     def discover(self) -> None:
         """Subscribe to what is new, and follow publishers whose offers changed."""
         own = self.node.get_name()
-        for name, types in self.node.get_topic_names_and_types():
-            if name in self.skipped or not self.wanted(name):
+        there = dict(self.node.get_topic_names_and_types())
+        scenes: set[str] = set()
+        for name, types in there.items():
+            if name in self.skipped or not (self.wanted(name) or name in self._scenes):
                 continue
             publishers = [p for p in self.node.get_publishers_info_by_topic(name) if p.node_name != own]
             if name in self.topics:
@@ -69,11 +81,18 @@ class Recorder:
                 self.skip(name, f"published with several types: {', '.join(types)}")
             elif publishers:
                 self.open(name, types[0], publishers)
+            nodes = {f"{p.node_namespace.rstrip('/')}/{p.node_name}" for p in publishers}
+            # What a simulator publishes means nothing without its scene, which is recorded with any of it.
+            scenes |= {f"{node}/{TOPIC}" for node in nodes if there.get(f"{node}/{TOPIC}") == [TYPE]}
             if SIMULATED.intersection(types):
-                self.meet(name, {f"{p.node_namespace.rstrip('/')}/{p.node_name}" for p in publishers})
-        for name, question in self._questions.items():
-            if question is not None:
-                self.ask(name, question)
+                self.meet(name, nodes)
+        if scenes - self._scenes:
+            self._scenes |= scenes
+            self._next_discovery = 0.0
+        for name, watch in self._watches.items():
+            if (gone := watch.look()) and name not in self._gone:
+                self._gone.add(name)
+                print(f"- {gone}", file=sys.stderr, flush=True)
 
     def wanted(self, name: str) -> bool:
         """Say whether a topic is to be recorded; hidden topics only when named whole."""
@@ -94,38 +113,46 @@ class Recorder:
         print(f"+ {name} ({type_name})", file=sys.stderr, flush=True)
 
     def meet(self, topic: str, simulators: set[str]) -> None:
-        """Ask the simulators that publish a topic for their parameters, each once its name is known."""
+        """Expect the scenes of those who publish a topic, each once its name is known."""
         named = {who for who in simulators if not who.endswith(NAMELESS)}
-        for who in named - self._questions.keys():
-            self._questions[who] = ParameterQuestion(self.node, who)
+        for who in named - self._watches.keys():
+            self._watches[who] = SimulatorWatch(self.node, who)
+        self._simulators |= named
         if named == simulators:
             self._nameless.discard(topic)
         else:
             self._nameless.add(topic)
 
-    def ask(self, name: str, question: ParameterQuestion) -> None:
-        """Put a simulator's parameters and its scene into the bag as soon as it has told them."""
-        parameters = question.step()
-        if parameters is None:
+    def keep_scene(self, topic: str, data: bytes) -> None:
+        """Attach a scene that was published to each file of the bag, so that any of them explains itself."""
+        who = topic.removesuffix(f"/{TOPIC}")
+        text = str(self._texts.columns([data], ["data"])["data"][0])
+        try:
+            told = read_published_scene(text)
+        except SceneSpoilt as problem:
+            print(f"- the scene of {who} {problem}", file=sys.stderr, flush=True)
             return
-        question.close()
-        self._questions[name] = None
-        self.bag.note(name, {key: json.dumps(value) for key, value in parameters.items()})
-        scene = scene_of(parameters)
-        if scene is not None:
-            self.bag.attach(scene[0], "application/yaml", scene[1])
-        kept = "parameters" if scene is None else f"parameters and {scene[0]}"
-        print(f"+ {kept} of {name}", file=sys.stderr, flush=True)
+        if told is None:
+            return
+        self.bag.note(who, {key: json.dumps(value) for key, value in parameters(told).items()})
+        self.bag.attach(attached(who), "application/json", text.encode())
+        self._told.add(who)
+        print(f"+ scene of {who}: {told.name}", file=sys.stderr, flush=True)
 
     @property
-    def asked(self) -> set[str]:
-        """The simulators that were asked for their parameters."""
-        return set(self._questions)
+    def met(self) -> set[str]:
+        """The simulators that are recorded, as far as their names are known."""
+        return set(self._simulators)
 
     @property
-    def asking(self) -> bool:
-        """Whether a simulator has yet to tell its parameters."""
-        return bool(self._nameless) or any(q is not None for q in self._questions.values())
+    def without_scene(self) -> list[str]:
+        """Those of them that have not published their scenes."""
+        return sorted(self._simulators - self._told)
+
+    @property
+    def expecting(self) -> bool:
+        """Whether a simulator has yet to publish its scene."""
+        return bool(self._nameless or self.without_scene)
 
     def skip(self, name: str, why: str) -> None:
         """Leave a topic out, and say so once."""
@@ -153,12 +180,19 @@ class Recorder:
                 message.publish_time,
                 message.sequence,
             )
+            if message.topic.type == TYPE and message.topic.name.endswith(f"/{TOPIC}"):
+                self.keep_scene(message.topic.name, message.data)
+
+    @property
+    def stopped(self) -> dict[str, str]:
+        """Why simulators whose runs were recorded stood still at the end, or were gone, by name."""
+        said = {name: watch.trouble or watch.gone for name, watch in self._watches.items()}
+        return {name: why for name, why in said.items() if why}
 
     def close(self) -> None:
-        """End what was asked and not answered."""
-        for question in self._questions.values():
-            if question is not None:
-                question.close()
+        """Say what is missing."""
+        for who in self.without_scene:
+            print(f"- no scene of {who}: it published none", file=sys.stderr, flush=True)
 
     def line(self, elapsed: float) -> str:
         """Return the line that shows how it goes."""
@@ -188,6 +222,14 @@ class Recorder:
                 for t in sorted(self.topics.values(), key=lambda t: t.name)
             },
             "skipped": self.skipped,
+            "stopped": self.stopped,
+            "without_scene": self.without_scene,
             "lost": self.bag.lost,
             "error": error,
         }
+
+
+def parameters(told: PublishedScene) -> dict[str, Any]:
+    """Return a node's parameters by name, as ROS has them."""
+    overrides = {f"override.{key}": value for key, value in told.overrides.items()}
+    return {**told.parameters, **overrides}

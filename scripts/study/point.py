@@ -54,8 +54,10 @@ class Outcome:
 
     status : "ok", or why it has no error; errors {measure: error in SI units, or None}
     seconds : each repetition's time for one simulated second (a robot) or for the whole test (a door), s
+    late : each repetition's 99th percentile over its median of a step's time
     step : s of simulated time for one step, None where the method chooses
     effect : as the point's
+    model : formulation, or the door's model, that it is simulated with
     """
 
     point: str
@@ -67,6 +69,8 @@ class Outcome:
     seconds: list[float] = field(default_factory=list)
     step: float | None = None
     effect: bool = False
+    late: list[float] = field(default_factory=list)
+    model: str = ""
 
     @property
     def ok(self) -> bool:
@@ -75,6 +79,16 @@ class Outcome:
     @property
     def median(self) -> float:
         return float(np.median(self.seconds))
+
+    @property
+    def least(self) -> float:
+        """The least time: other programs only add."""
+        return float(min(self.seconds))
+
+    @property
+    def p99(self) -> float:
+        """The 99th percentile over the median of a step's time, of the least disturbed repetition."""
+        return float(min(self.late, default=1.0))
 
     @property
     def spread(self) -> float:
@@ -93,17 +107,21 @@ class Outcome:
 
 @dataclass
 class Reference:
-    """The best answer, how good it is by a second method, and how it was found.
+    """The best answer, a bound on its own error, and how it was found.
 
-    arrays : what points are compared with; error {measure: its own error}; how : a sentence
-    formulations : {another formulation: {"distance" of its converged tip from the reference, m, and the
-        "uncertainty" of that}}
+    arrays : what points are compared with; error {measure: a bound on its own error, infinite where it has
+        not settled}; how : a sentence; finer : what would make the bound smaller
+    formulations : {another formulation, or model: {"distance" of its converged tip from the reference, m,
+        and the "uncertainty" of that}}, or {"refused": why that isn't known}
+    orders : {what was refined: the order that it showed}
     """
 
     arrays: dict[str, Array]
     error: dict[str, float]
     how: str
-    formulations: dict[str, dict[str, float]] = field(default_factory=dict)
+    formulations: dict[str, dict[str, Any]] = field(default_factory=dict)
+    finer: str = ""
+    orders: dict[str, float] = field(default_factory=dict)
 
 
 class Study(Protocol):
@@ -127,4 +145,8 @@ class Study(Protocol):
 
     def measure(self, point: Point, reference: Reference) -> Outcome:
         """Run a point."""
+        ...
+
+    def conditions(self, outcome: Outcome, reference: Reference, tolerance: float | None) -> dict[str, Any]:
+        """What the advice depends on: other durations, motions nearby, times taken alone."""
         ...

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from flexsim_node import Run, Scene, load_scene, natural_frequencies, simulate
+from flexsim_node.faults import COMMANDS, SENSORS
+from flexsim_node.jumps import torque_jumps
 
+from .document import read_document
+from .estimate import SAFETY, settle
+from .motion import Motion, far
+from .outlook import outlook, taken_alone
 from .point import Array, Measure, Outcome, Point, Reference
 from .ringing import ringing
 from .robot_grid import STEPS, RobotGrid
 
 SAMPLES = 100
+FINER = 4
+"""Samples of an error for each of the longest step."""
 RINGS = 8
 """Periods of the slowest vibration that are listened to."""
 PUSH = 0.02
@@ -27,23 +35,10 @@ PROBE = 0.02
 """Part of a run that tells how long the whole would take."""
 MESH_ORDER = {"erls": 4, "co_moving": 2}
 """Order of the tip's error in the length of an element."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The tip (K, 3), m, and the joints (K, m), rad or m, over time."""
-
-    tip: Array
-    angle: Array
-
-    def beyond(self, coarser: Motion, order: int) -> Motion:
-        """Extrapolated to no step, or no element, from this one and one of twice that (Richardson)."""
-        n = 2.0**order
-        return Motion((n * self.tip - coarser.tip) / (n - 1.0), (n * self.angle - coarser.angle) / (n - 1.0))
-
-    def apart(self, other: Motion) -> Array:
-        """Largest distance of the tips, m, and of any joint, rad or m."""
-        return np.array([far(self.tip, other.tip), float(np.max(np.abs(self.angle - other.angle)))])
+LEAST_FINEST = 8
+"""Elements a link of the finest mesh, so that four meshes show its order."""
+MOST_KINKS = 200
+"""Rows of torque tables at which the reference's steps end."""
 
 
 class RobotStudy:
@@ -52,6 +47,9 @@ class RobotStudy:
     sines : joint name to (amplitude in N m or N, frequency in Hz) of a sine torque
     vary : further axes, a scene key to its values
     quick : the smallest grid that still shows something
+    finer : times that the reference's steps are halved and its mesh doubled beyond what is usual
+
+    The file is read once.  What it leaves to `auto` is on.
     """
 
     kind = "robot"
@@ -71,10 +69,18 @@ class RobotStudy:
         sines: Mapping[str, tuple[float, float]],
         vary: Mapping[str, list[Any]],
         quick: bool = False,
+        finer: int = 0,
     ) -> None:
         self.path, self.given = path, dict(overrides)
-        self.sines, self.vary, self.quick = dict(sines), dict(vary), quick
-        self.scene = load_scene(path, self.given)
+        self.sines, self.vary, self.quick, self.finer = dict(sines), dict(vary), quick, finer
+        scene = load_scene(path, self.given)  # which says what is wrong with the file, and where
+        self.document = read_document(path)
+        self.opened = scene.effects.undecided
+        if self.opened:
+            switches = {n: value == "auto" or value for n, value in scene.effects}
+            self.given = {k: v for k, v in self.given.items() if k.partition(".")[0] != "effects"}
+            self.given["effects"] = switches
+        self.scene = load_scene(self.document, self.given)
         unknown = [name for name in sines if name not in self.scene.joint_names]
         if unknown:
             raise ValueError(
@@ -83,7 +89,15 @@ class RobotStudy:
         # Every step of the grid divides the time between samples, so that none is shortened.
         self.period = STEPS[0] * max(1, round(duration / SAMPLES / STEPS[0]))
         self.duration = self.period * max(1, round(duration / self.period))
-        self.grid = RobotGrid(path, self.given, self.scene, self.period, self.vary, quick)
+        # A command comes with every sample: there, all runs take the same ones.
+        commanded = any(f.kind in COMMANDS or f.kind == "lag" for f in self.scene.faults)
+        self.sample = self.period if commanded or self.scene.faults else self.period / FINER
+        self.grid = RobotGrid(self.document, self.given, self.scene, self.period, self.vary, quick)
+
+    @property
+    def changes(self) -> dict[str, Any]:
+        """What the study changes in the scene, whatever its choice."""
+        return dict(self.given)
 
     @property
     def fingerprint(self) -> dict[str, Any]:
@@ -93,6 +107,7 @@ class RobotStudy:
             "sines": {k: list(v) for k, v in self.sines.items()},
             "vary": self.vary,
             "quick": self.quick,
+            "finer": self.finer,
         }
 
     def points(self) -> list[Point]:
@@ -101,8 +116,10 @@ class RobotStudy:
 
     # Runs
 
-    def _scene(self, overrides: Mapping[str, Any]) -> Scene:
-        return load_scene(self.path, {**self.given, **overrides})
+    def scene_with(self, overrides: Mapping[str, Any]) -> Scene:
+        """The scene with overrides, and without the faults of sensors, which move nothing."""
+        scene = load_scene(self.document, {**self.given, **overrides})
+        return scene.model_copy(update={"faults": tuple(f for f in scene.faults if f.kind not in SENSORS)})
 
     def _torque(self, t: float) -> Array:
         out = np.zeros(len(self.scene.joint_names))
@@ -110,10 +127,54 @@ class RobotStudy:
             out[self.scene.joint_names.index(name)] = amplitude * np.sin(2.0 * np.pi * frequency * t)
         return out
 
-    def _move(self, scene: Scene, duration: float | None = None) -> Run:
-        torque = self._torque if self.sines else None
+    def move(
+        self,
+        scene: Scene,
+        duration: float | None = None,
+        exact: bool = False,
+        louder: float = 1.0,
+        sample: float | None = None,
+    ) -> Run:
+        """Run the motion.
+
+        exact : with every jump, kink and fault at a step's end; louder : times the torques
+        """
         duration = self.duration if duration is None else duration
-        return simulate(scene, torque, duration, sample_period=self.period)
+        sample = sample or (self.sample if exact else self.sample_of(scene))
+        torque: Callable[[float], Array] | None = None
+        jumps: list[float] = []
+        if self.sines:
+            torque = self._torque if louder == 1.0 else lambda t: louder * self._torque(t)
+        else:
+            kinks = torque_jumps(scene, kinks=True)
+            jumps = kinks if exact and len(kinks) <= MOST_KINKS else []
+            if louder != 1.0 and scene.torque:
+                entries = tuple(
+                    e.model_copy(
+                        update={
+                            "amplitude": louder * e.amplitude,
+                            "offset": louder * e.offset,
+                            "value": tuple(louder * v for v in e.value),
+                        }
+                    )
+                    for e in scene.torque
+                )
+                scene = scene.model_copy(update={"torque": entries})
+        faults = exact and bool(scene.faults)
+        return simulate(scene, torque, duration, sample_period=sample, jumps=jumps, exact_faults=faults)
+
+    def sample_of(self, scene: Scene) -> float:
+        """The shortest time between samples that this scene's step divides."""
+        for parts in (FINER, FINER // 2):
+            sample = self.period / parts
+            steps = sample / scene.solver.step
+            if sample >= self.sample and steps > 1.0 - 1e-9 and abs(steps - round(steps)) < 1e-6:
+                return sample
+        return self.period
+
+    def motion(self, run: Run) -> Motion:
+        """The tips and joints of a run."""
+        return Motion(run.link_end[:, list(self.scene.tips)], run.joint_position)
 
     @cached_property
     def _start(self) -> Array:
@@ -159,121 +220,190 @@ class RobotStudy:
         moved = {n: pushed(q) for n, q in zip(scene.joint_names, starts, strict=True)}
         sample = 1.0 / (20.0 * slowest)
         try:
-            run = simulate(scene, None, rise + RINGS / slowest, sample_period=sample, prescribed=moved)
+            run = simulate(
+                scene, None, rise + RINGS / slowest, sample_period=sample, prescribed=moved, jumps=[rise]
+            )
         except ValueError:
             return None
         heard = run.time >= rise - 1e-9
         if run.status != "ok" or heard.sum() < 40:
             return None
+        tips = run.link_end[heard][:, list(self.scene.tips)].reshape(int(heard.sum()), -1)
         try:
-            return ringing(run.link_end[heard, -1], sample, near)
+            return ringing(tips, sample, near)
         except (ValueError, np.linalg.LinAlgError):
             return None
 
     # Reference
 
     def reference(self, progress: Callable[[str], None]) -> Reference:
-        """Twice the finest mesh of the scene's own formulation, both methods extrapolated to no step.
+        """Twice the finest mesh of the scene's own formulation, and two methods without error of the step.
 
-        The error of the step is what the two methods differ by; that of the mesh follows from what half as
-        many elements change and the formulation's order, where that is two after it is extrapolated.
-        The other formulations are taken to their own end likewise: how far they then are is what their
-        model changes.
+        Two families of steps that share none, one a method, each of four; the mesh likewise.  Each
+        order is measured.  The bound is SAFETY times the largest sign of an error: what extrapolation still
+        changes, what the two methods differ by, and what the mesh leaves.  Steps end at every jump and kink
+        of the torque and at every fault.  The other formulations are taken to their own end likewise: how
+        far they then are is what their model changes.
         """
-        finest = 2 * self.grid.elements[-1]
-        step = self.grid.steps[-1] / 2.0
+        finest = max(LEAST_FINEST, 2 * self.grid.elements[-1]) * 2**self.finer
+        base = STEPS[-1] / 2**self.finer
         fine, half, quarter = (self.grid.meshed(finest // n) for n in (1, 2, 4))
+        families = {"rosenbrock_w": base, "generalized_alpha": 4.0 / 3.0 * base}
+        runs: dict[str, Motion] = {}
+        orders: dict[str, float] = {}
 
-        def extrapolated(method: str, changed: dict[str, Any]) -> Motion:
-            both = []
-            for h in (step, step / 2.0):
+        def moved(method: str, h: float, changed: dict[str, Any]) -> Motion:
+            key = f"{method} {h!r} {sorted(changed.items(), key=str)}"
+            if key not in runs:
                 said = f", {changed['formulation']}" if "formulation" in changed else ""
-                progress(f"reference: {method}, {h:g} s{said}")
-                run = self._move(self._scene({**changed, "solver.method": method, "solver.step": h}))
+                progress(f"reference: {method}, {h:.3g} s{said}")
+                scene = self.scene_with({**changed, "solver.method": method, "solver.step": h})
+                run = self.move(scene, exact=True)
                 if run.status != "ok":
                     raise ValueError(f"the reference {run.status}; study a motion that the scene can do")
-                both.append(Motion(run.link_end[:, -1], run.joint_position))
-            return both[1].beyond(both[0], 2)
+                runs[key] = self.motion(run)
+            return runs[key]
 
-        order = MESH_ORDER[self.scene.formulation]
-        best, check = (extrapolated(m, fine) for m in ("rosenbrock_w", "generalized_alpha"))
-        own = best.apart(check)
-        how = f"rosenbrock_w and generalized_alpha extrapolated from {step:g} and {step / 2:g} s"
+        def without_steps(method: str, changed: dict[str, Any]):
+            h = families[method]
+            return settle([moved(method, h / n, changed) for n in (0.5, 1, 2, 4)], 2.0)
+
+        def both(changed: dict[str, Any], where: str) -> tuple[Motion, Array]:
+            """The best without error of the step, and the largest sign of its error."""
+            one, other = (without_steps(m, changed) for m in families)
+            for name, found in zip(families, (one, other), strict=True):
+                orders[f"{name}{where}"] = float(found.order[0])
+            return one.best, np.maximum(one.error, one.best.apart(other.best))
+
+        def mesh(best: Motion, changed: dict[str, Any], order: int) -> tuple[Motion, Array]:
+            """The same without the mesh's error as far as it can be taken out, and what may be left."""
+            if not self.grid.flexible:
+                return best, np.zeros(2)
+            at = base / 2.0
+            meshes = [*([self.grid.meshed(finest // 8)] if finest >= 8 else []), quarter, half, fine]
+            several = [moved("rosenbrock_w", at, {**changed, **m}) for m in meshes]
+            found = settle(several, float(order))
+            name = changed.get("formulation", self.scene.formulation)
+            orders[f"mesh, {name}"] = float(found.order[0])
+            shift = found.best
+            moved_by = Motion(
+                best.tip + shift.tip - several[-1].tip, best.angle + shift.angle - several[-1].angle
+            )
+            return moved_by, found.error
+
+        own = self.scene.formulation
+        best, steps = both(fine, "")
+        best, left = mesh(best, {}, MESH_ORDER[own])
+        error = SAFETY * (steps + left)
+        same, same_error = both({}, ", own mesh") if self.grid.flexible else (best, steps)
+        arrays = {"tip": best.tip, "angle": best.angle, f"time_{own}": same.tip}
+        bounds = {
+            "tip": float(error[0]),
+            "angle": float(error[1]),
+            "time": float(SAFETY * same_error[0]),
+        }
+        finest_step = base / 4.0
+        how = (
+            f"rosenbrock_w and generalized_alpha without error of the step, steps down to {finest_step:.3g} s"
+            " that end at every jump"
+        )
         if self.grid.flexible:
-            coarse = extrapolated("rosenbrock_w", half)
-            how += f", {finest} elements a link against {finest // 2}"
-            if order < 4:
-                coarser = extrapolated("rosenbrock_w", quarter)
-                best, coarse = best.beyond(coarse, order), coarse.beyond(coarser, order)
-                how += f" and {finest // 4}, extrapolated"
-            own = own + best.apart(coarse) / 15.0
-        same_a, same_b = (extrapolated(m, {}) for m in ("rosenbrock_w", "generalized_alpha"))
-        arrays = {"tip": best.tip, "angle": best.angle, f"time_{self.scene.formulation}": same_a.tip}
-        error = {"tip": float(own[0]), "angle": float(own[1]), "time": float(same_a.apart(same_b)[0])}
-        formulations = {}
+            how += f", {finest} elements a link against {finest // 2} and {finest // 4}"
+        formulations: dict[str, dict[str, Any]] = {}
         for name, changed in self.grid.other_formulations().items():
-            if self.grid.refusal(changed) or not self.grid.flexible:
+            refused = self.grid.refusal(changed)
+            if refused or not self.grid.flexible:
+                formulations[name] = {"refused": refused or "nothing bends"}
                 continue
             try:
-                there = [extrapolated("rosenbrock_w", {**changed, **mesh}) for mesh in (fine, half)]
-                arrays[f"time_{name}"] = extrapolated("rosenbrock_w", changed).tip
-            except ValueError:
-                continue  # its points say why
-            end = there[0].beyond(there[1], MESH_ORDER[name])
+                there = without_steps("rosenbrock_w", {**changed, **fine})
+                end, rest = mesh(there.best, changed, MESH_ORDER[name])
+                along = without_steps("rosenbrock_w", changed)
+            except ValueError as problem:
+                formulations[name] = {"refused": str(problem)}
+                continue
+            off = SAFETY * (there.error + rest)
+            arrays[f"time_{name}"] = along.best.tip
+            arrays[f"tip_{name}"], arrays[f"angle_{name}"] = end.tip, end.angle
+            bounds[f"tip_{name}"], bounds[f"angle_{name}"] = float(off[0]), float(off[1])
             formulations[name] = {
                 "distance": float(end.apart(best)[0]),
-                "uncertainty": float(end.apart(there[0])[0]) + error["tip"],
+                "uncertainty": float(off[0] + error[0]),
             }
+        self._ringing(progress, arrays, bounds, fine, half, base)
+        steps_count = "steps" if not self.grid.flexible else (
+            "steps" if steps[0] > left[0] else "mesh")  # fmt: skip
+        finer = (
+            f"its {steps_count} limit it: --finer {self.finer + 1} halves the steps and doubles the mesh"
+            if math.isfinite(bounds["tip"])
+            else f"its {steps_count} have not settled: --finer {self.finer + 1}, or a shorter or smoother"
+            " motion"
+        )
+        return Reference(arrays, bounds, how, formulations, finer, orders)
 
-        def rung(method: str, mesh: dict[str, Any], near: float | None) -> tuple[float, float] | None:
-            scene = self._scene({**mesh, "solver.method": method, "solver.step": step})
-            return self._ring(scene, near)
+    def _ringing(
+        self,
+        progress: Callable[[str], None],
+        arrays: dict[str, Array],
+        bounds: dict[str, float],
+        fine: dict[str, Any],
+        half: dict[str, Any],
+        step: float,
+    ) -> None:
+        """Add how the links ring, where they do."""
+
+        def rung(method: str, mesh: dict[str, Any], near: float | None, h: float) -> Array | None:
+            scene = self.scene_with({**mesh, "solver.method": method, "solver.step": h})
+            found = self._ring(scene, near)
+            return None if found is None else np.array(found)
 
         progress("reference: the links ring")
-        first = rung("rosenbrock_w", fine, None)
-        others = [] if first is None else [
-            rung("generalized_alpha", fine, first[0]), rung("rosenbrock_w", half, first[0])
-        ]  # fmt: skip
-        if first is not None and all(r is not None for r in others):
-            a, b, c = (np.array(r) for r in (first, *others))
-            arrays["ringing"] = a
-            own = np.abs(a - b) + np.abs(a - c) / 15.0
-            error["frequency"] = float(own[0] / a[0])
-            error["decay"] = float(own[1] / max(abs(a[1]), 1e-9))
-        return Reference(arrays, error, how, formulations)
+        first = rung("rosenbrock_w", fine, None, step / 2.0)
+        if first is None:
+            return
+        near = float(first[0])
+        others = [
+            rung("generalized_alpha", fine, near, step / 2.0),
+            rung("rosenbrock_w", half, near, step / 2.0),
+            rung("rosenbrock_w", fine, near, step),
+        ]
+        if all(r is not None for r in others):
+            arrays["ringing"] = first
+            own = SAFETY * np.max([np.abs(first - r) for r in others if r is not None], axis=0)
+            bounds["frequency"] = float(own[0] / first[0])
+            bounds["decay"] = float(own[1] / max(abs(first[1]), 1e-9))
 
     # Points
 
     def measure(self, point: Point, reference: Reference) -> Outcome:
-        """Run a point: its errors, and its time by repetition."""
+        """Run a point: its errors against its own formulation's end, and its time by repetition."""
         outcome = Outcome(point.name, point.curve, point.size, dict(point.overrides), "ok")
         outcome.effect = point.effect
         try:
-            scene = self._scene(point.overrides)
-            self._move(scene, 0.0)
-            probe = self._move(scene, max(self.period, PROBE * self.duration))
+            scene = self.scene_with(point.overrides)
+            outcome.model = scene.formulation
+            self.move(scene, 0.0)
+            probe = self.move(scene, max(self.period, PROBE * self.duration))
             adaptive = scene.solver.method in ("radau", "dop853")
             took = self._cost(probe, adaptive) * self.duration if probe.status == "ok" else 0.0
             if probe.status == "ok" and took > LIMIT:
                 outcome.status = f"left out: would take {took:.0f} s"
                 return outcome
-            run = self._move(scene)
+            run = self.move(scene)
         except ValueError as problem:
             outcome.status = str(problem)
             return outcome
         if run.status != "ok":
             outcome.status = run.status
             return outcome
-        repeats = 1 if took > 0.2 * LIMIT else REPEATS
-        outcome.seconds = [self._cost(run, adaptive)]
-        outcome.seconds += [self._cost(self._move(scene), adaptive) for _ in range(repeats - 1)]
+        runs = [run]
+        if took <= 0.2 * LIMIT:
+            runs += [self.move(scene) for _ in range(REPEATS - 1)]
+        outcome.seconds = [self._cost(r, adaptive) for r in runs]
+        if not adaptive:
+            outcome.late = [late(r) for r in runs]
         outcome.step = None if adaptive else self.duration / len(run.step_time)
-        tip = run.link_end[:, -1]
-        outcome.errors["tip"] = far(tip, reference.arrays["tip"])
-        outcome.errors["angle"] = float(np.max(np.abs(run.joint_position - reference.arrays["angle"])))
-        same = reference.arrays.get(f"time_{scene.formulation}")
-        if same is not None and self._same_physics(scene):
-            outcome.errors["time"] = far(tip, same)
+        outcome.errors.update(self.errors(run, scene, reference))
         right = reference.arrays.get("ringing")
         ring = None if right is None or adaptive else self._ring(scene, float(right[0]))
         if ring is not None and right is not None:
@@ -281,9 +411,29 @@ class RobotStudy:
             outcome.errors["decay"] = abs(ring[1] - right[1]) / max(abs(right[1]), 1e-9)
         return outcome
 
+    def errors(self, run: Run, scene: Scene, reference: Reference) -> dict[str, float | None]:
+        """How far a run is from the end of its own formulation."""
+        found: dict[str, float | None] = {}
+        moved = self.motion(run)
+        suffix = f"_{scene.formulation}" if f"tip_{scene.formulation}" in reference.arrays else ""
+        tip, angle = (reference.arrays[f"{name}{suffix}"] for name in ("tip", "angle"))
+        every = (len(tip) - 1) // max(len(moved.tip) - 1, 1)
+        found["tip"] = far(moved.tip, tip[::every])
+        found["angle"] = float(np.max(np.abs(moved.angle - angle[::every])))
+        same = reference.arrays.get(f"time_{scene.formulation}")
+        if same is not None and self._same_physics(scene):
+            found["time"] = far(moved.tip, same[::every])
+        return found
+
+    def conditions(self, outcome: Outcome, reference: Reference, tolerance: float | None) -> dict[str, Any]:
+        """How the error of the choice grows with duration, what it is nearby, and its times taken alone."""
+        found = outlook(self, outcome, tolerance)
+        found["alone"] = taken_alone(self, outcome)
+        return found
+
     def _same_physics(self, scene: Scene) -> bool:
         """Whether nothing but the integrator, and the formulation, is not the scene's own."""
-        own = {name: getattr(self.scene, name) for name in ("solver", "formulation")}
+        own = {name: getattr(self.scene, name) for name in ("solver", "formulation", "faults")}
         if scene.formulation != self.scene.formulation:
             own["erls"] = self.scene.erls
         return scene.model_copy(update=own) == self.scene
@@ -294,6 +444,7 @@ class RobotStudy:
         return float(total) / max(run.time[-1], self.period)
 
 
-def far(a: Array, b: Array) -> float:
-    """The largest distance between two paths (K, 3), m."""
-    return float(np.max(np.linalg.norm(a - b, axis=-1)))
+def late(run: Run) -> float:
+    """The 99th percentile of a run's steps over their median."""
+    p50, p99 = np.quantile(run.step_time, [0.5, 0.99])
+    return float(p99 / max(p50, 1e-12))

@@ -28,7 +28,7 @@ FORMULATIONS: tuple[str, ...] = get_args(Scene.model_fields["formulation"].annot
 class RobotGrid:
     """What a robot scene can be simulated with.
 
-    path, given : the scene's file and its overrides; scene : both, read
+    document, given : the scene as it was read and its overrides; scene : both, checked
     period : s between samples, which adaptive methods step by
     vary : further axes, a scene key to its values
     quick : the smallest grid that still shows something
@@ -36,14 +36,14 @@ class RobotGrid:
 
     def __init__(
         self,
-        path: str,
+        document: Mapping[str, Any],
         given: Mapping[str, Any],
         scene: Scene,
         period: float,
         vary: Mapping[str, list[Any]],
         quick: bool,
     ) -> None:
-        self.path, self.given, self.scene = path, dict(given), scene
+        self.document, self.given, self.scene = document, dict(given), scene
         self.period, self.vary, self.quick = period, vary, quick
         self.steps = STEPS[1:4] if quick else STEPS
         self.elements = ELEMENTS[:2] if quick else ELEMENTS
@@ -79,7 +79,7 @@ class RobotGrid:
     def refusal(self, overrides: Mapping[str, Any]) -> str:
         """Why the scene can't be so, or ""."""
         try:
-            load_scene(self.path, {**self.given, **overrides})
+            load_scene(self.document, {**self.given, **overrides})
         except ValueError as problem:
             return str(problem)
         return ""
@@ -127,7 +127,7 @@ class RobotGrid:
             return
         for n in self.elements[-1:] if self.quick else OTHER_ELEMENTS:
             for method in REAL_TIME[:1] if self.quick else REAL_TIME:
-                for step in self.steps[:1] if self.quick else OTHER_STEPS:
+                for step in self.steps[:2] if self.quick else OTHER_STEPS:
                     changed = {"solver.method": method, "solver.step": step, **overrides, **self.meshed(n)}
                     yield Point(f"{name}, {method}{mesh_said(n)}", step, changed)
 

@@ -37,6 +37,14 @@ def start_child(
     )
 
 
+def ending(code: int) -> str:
+    """How a process with this exit code ended, in words."""
+    try:
+        return f"ended with exit code {code}" + (f" ({signal.Signals(-code).name})" if code < 0 else "")
+    except ValueError:  # a signal without a name
+        return f"ended with exit code {code}"
+
+
 def _end_with(parent: int) -> Callable[[], None]:
     """What a child does before it becomes the program: ask for SIGTERM at its parent's death."""
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..terminal.child import start_child
+from ..terminal.child import ending, start_child
 from ..terminal.stop import Stop
 
 # The domains of trials: people choose low ones by hand; above 101 a domain's ports reach into those that
@@ -22,7 +22,11 @@ TRIALS = range(51, 102)
 # DDSI-RTPS 9.6.1: the port at which the first participant of domain 0 is found, and how far apart they are.
 FIRST_PORT, PORTS_A_DOMAIN, PORTS_A_PARTICIPANT, PARTICIPANTS = 7410, 250, 2, 10
 POLL_PERIOD = 0.05
+SIGNS: list[socket.socket] = []  # of the domains that this process has taken
 END_TIMEOUT = 10.0
+DISMISS_TIMEOUT = 2.0
+# s after which a process that a signal has stopped is not waited for.
+SUSPENDED = 3.0
 COMMAND = [sys.executable, "-c", "from flexsim.cli import main; main()"]
 NODE = [sys.executable, "-m", "flexsim_node.node"]
 CONTROLLER = [sys.executable, "-m", "flexsim.controller"]
@@ -40,15 +44,46 @@ def is_free(domain: int) -> bool:
     return True
 
 
+def taken(domain: int) -> bool:
+    """Take a domain for as long as this process lives; whether no other trial has it.
+
+    A trial opens its ports only when its robot is there: until then another one would find the domain free.
+    """
+    sign = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        sign.bind(f"\0flexsim_domain_{domain}")  # Linux forgets it with the process
+    except OSError:
+        sign.close()
+        return False
+    SIGNS.append(sign)
+    return True
+
+
 def own_domain() -> dict[str, str]:
-    """Return an environment in which a trial neither hears nor disturbs this host's robots."""
+    """Return an environment in which a trial neither hears nor disturbs this host's robots.
+
+    Raises
+    ------
+    RuntimeError
+        where each domain for trials is taken
+    """
     order = random.SystemRandom().sample(TRIALS, len(TRIALS))
-    domain = next((domain for domain in order if is_free(domain)), order[0])
+    domain = next((domain for domain in order if is_free(domain) and taken(domain)), None)
+    if domain is None:
+        raise RuntimeError(f"all ROS domains for trials are taken, {TRIALS.start} to {TRIALS.stop - 1}")
     return {
         **os.environ,
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
     }
+
+
+class Failed(RuntimeError):
+    """A process of a trial of which nothing can be expected any more."""
+
+    def __init__(self, process: Process, sentence: str) -> None:
+        super().__init__(sentence)
+        self.process = process
 
 
 class Process:
@@ -67,35 +102,48 @@ class Process:
         self.name = name
         self.output = folder / f"{name}.out"
         self.log = folder / f"{name}.log"
+        self._stopped_since = 0.0
         with self.output.open("w") as out, self.log.open("w") as log:
-            self._process = start_child(words, out, log, environment)
+            self.process = start_child(words, out, log, environment)
 
     @property
     def pid(self) -> int:
         """Its number."""
-        return self._process.pid
+        return self.process.pid
 
     @property
     def code(self) -> int | None:
         """Its exit code; None while it runs."""
-        return self._process.poll()
+        return self.process.poll()
+
+    @property
+    def suspended(self) -> bool:
+        """Whether a signal (SIGSTOP) has stopped it for longer than SUSPENDED."""
+        try:
+            state = Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()[0]
+        except (OSError, IndexError):
+            state = ""
+        now = time.monotonic()
+        self._stopped_since = (self._stopped_since or now) if state in ("T", "t") else 0.0
+        return bool(self._stopped_since) and now - self._stopped_since > SUSPENDED
 
     def said(self, *words: str) -> bool:
         """Say whether all of these words are in its log."""
         log = self.log.read_text(errors="replace")
         return all(word in log for word in words)
 
-    def end(self) -> int:
+    def end(self, timeout: float = END_TIMEOUT) -> int:
         """Ask it to finish, insist if it does not, and return its exit code."""
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            if self._process.poll() is not None:
+            if self.process.poll() is not None:
                 break
-            self._process.send_signal(number)
+            self.process.send_signal(number)
+            self.process.send_signal(signal.SIGCONT)  # what a signal has stopped hears no other
             try:
-                self._process.wait(END_TIMEOUT)
+                self.process.wait(timeout)
             except subprocess.TimeoutExpired:
                 continue
-        return self._process.wait()
+        return self.process.wait()
 
     @property
     def error(self) -> str | None:
@@ -104,11 +152,13 @@ class Process:
         found = [line for line in lines if line.startswith("[ERROR]")]
         return found[-1].split("]: ", 1)[-1] if found else None
 
-    def failure(self) -> RuntimeError:
+    def failure(self) -> Failed:
         """Return what to raise where it ended before its time: its own last line."""
         lines = self.log.read_text(errors="replace").strip().splitlines()
         why = lines[-1] if lines else "it said nothing"
-        return RuntimeError(f"{self.name} ended with exit code {self.code}: {why}")
+        # who was killed had no time to say why
+        killed = (self.code or 0) < 0 and why.startswith("[INFO]")
+        return Failed(self, f"{self.name} {ending(self.code or 0)}" + ("" if killed else f": {why}"))
 
 
 class Processes:
@@ -151,15 +201,21 @@ class Processes:
             raise KeyboardInterrupt
         for process in self.running:
             if process.code is not None:
-                failure = process.failure()
                 # what ends one is often another's trouble: a robot that stopped, and its controller
                 others = [other for other in self.running if other is not process and other.error]
-                raise RuntimeError("; ".join([str(failure), *(f"{o.name}: {o.error}" for o in others)]))
+                said = [str(process.failure()), *(f"{o.name}: {o.error}" for o in others)]
+                raise Failed(process, "; ".join(said))
+            if process.suspended:
+                raise Failed(
+                    process,
+                    f"{process.name} was stopped by a signal and stood still for {SUSPENDED:g} s; "
+                    f"kill -CONT {process.pid} lets such a process go on",
+                )
 
     def dismiss(self, process: Process) -> None:
         """End one that need not know how to end."""
         self.running.remove(process)
-        process.end()
+        process.end(DISMISS_TIMEOUT)
 
     def end(self, process: Process) -> None:
         """End one in good order; raises RuntimeError where it fails to."""

@@ -3,9 +3,10 @@ chain.
 
 Every element is filled with Gauss points (x, y, z) of the field
 
-    p = o_l(q) + R_l(q) (x + N(x, y, z) d_l),    d_l = T_l(q) u
+    p = o_l(q) + R_l(q) (x + N(x, y, z) d_l),    d_l = T_l(q, u)
 
-built with 4 x 4 Denavit-Hartenberg matrices in the base frame.  Kinetic energy is the sum over the points,
+to second order in u (docs/theory/second_order.md), built with 4 x 4 Denavit-Hartenberg matrices in the
+base frame.  Kinetic energy is the sum over the points,
 strain energy that of the strains at the Gauss points.  Derivatives are taken by complex steps,
 which are
 exact to rounding; nothing here knows of angular velocities, mass matrices or recursions, and
@@ -52,6 +53,25 @@ class Moving:
     @property
     def T(self):
         return Moving(self.value.T, self.rate.T)
+
+
+def squared(form, moving: Moving) -> Moving:
+    """form(v, v) of a bilinear form, with its rate."""
+    v, r = moving.value, moving.rate
+    return Moving(form(v, v), form(v, r) + form(r, v))
+
+
+def axes_turned(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(3, 3) columns: what a turn s has of second order in the images of e_x, e_y, e_z, for a = b = s."""
+    xx, yy, zz = a[0] * b[0], a[1] * b[1], a[2] * b[2]
+    xy, xz, yz = a[0] * b[1], a[0] * b[2], 0.5 * a[1] * b[2]
+    zero = 0 * xx
+    return np.array([[-0.5 * (yy + zz), xy, xz], [zero, -0.5 * (xx + zz), yz], [zero, yz, -0.5 * (xx + yy)]])
+
+
+def vector_from_slopes(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(3,) how the rotation vector differs from the slopes s = a = b."""
+    return 0.5 * a[0] * np.array([0 * b[0], b[2], -b[1]])
 
 
 def rotation_z(angle, rate) -> Moving:
@@ -124,6 +144,11 @@ class Element:
     axial: tuple | None = None  # stiffness, (12,), list of (weight, slope (12,))
     spin: list = field(default_factory=list)  # (inertia, (12,) twist)
     shift: np.ndarray | None = None  # (12, 12): quadratic form of how the mass moves along the beam
+    arm: np.ndarray | None = (
+        None  # (P, 3) of a rigid body's points from its node, where it turns to second order
+    )
+    sections: list = field(default_factory=list)  # (end, second moments along y and z) that turn so
+    turning: tuple | None = None  # stiffnesses (5,), length, shear shares: strains to second order
 
     def displacement(self, d: Moving) -> Moving:
         """(P, 3) of the points, for nodal rows d (12,)."""
@@ -132,7 +157,44 @@ class Element:
             along = np.array([1.0, 0.0, 0.0])
             value = value + (d.value @ self.shift @ d.value) * along
             rate = rate + 2.0 * (d.value @ self.shift @ d.rate) * along
+        if self.arm is not None:
+            turned = squared(axes_turned, Moving(d.value[9:], d.rate[9:]))
+            value, rate = value + self.arm @ turned.value.T, rate + self.arm @ turned.rate.T
         return Moving(value, rate)
+
+    def turning_strains(self, d: Moving) -> Moving:
+        """(5,) strains to second order of nodal rows d (12,), times the roots of their stiffnesses."""
+        stiffness, length, (sz, sy) = self.turning
+        oz, oy = 1 - sz, 1 - sy
+
+        def linear(v):
+            mz, my = 0.5 * (v[5] + v[11]), -0.5 * (v[4] + v[10])
+            cz, cy = v[11] - v[5], v[4] - v[10]
+            return cz, (v[7] - v[1]) / length - mz, mz, cy, (v[8] - v[2]) / length - my, my, v[3], v[9]
+
+        def second(a, b):
+            # products of the twist of a with the bending of b, and of both bendings
+            _, _, _, _, _, _, start, end = linear(a)
+            cz, dz, _, cy, dy, _, _, _ = linear(b)
+            x0, x1 = 0.5 * (start + end), 0.5 * (end - start)
+            az, sz_, mz, _, _, _, _, _ = linear(a)
+            _, _, _, by, sy_, my, _, _ = linear(b)
+            return np.array(
+                [
+                    x0 * cy - 2 * oy * x1 * dy,
+                    x0 * dy - x1 * cy / 6,
+                    -x0 * cz + 2 * oz * x1 * dz,
+                    -x0 * dz + x1 * cz / 6,
+                    (0.5 * my + oy * sy_) * az - (0.5 * mz + oz * sz_) * by,
+                ]
+            )
+
+        def first(v):
+            cz, dz, _, cy, dy, _, start, end = linear(v)
+            return np.array([cz, dz, cy, dy, end - start])
+
+        more, root = squared(second, d), np.sqrt(stiffness)
+        return Moving(root * (first(d.value) + more.value), root * (first(d.rate) + more.rate))
 
 
 def beam_axes(link: Link) -> tuple[np.ndarray, np.ndarray]:
@@ -151,7 +213,10 @@ def beam_axes(link: Link) -> tuple[np.ndarray, np.ndarray]:
     return along, np.column_stack([x, y, np.cross(x, y)])
 
 
-def build_element(scene: Scene, link: Link, start: float, length: float, flexible: bool) -> Element:
+def build_element(
+    scene: Scene, link: Link, start: float, length: float, flexible: bool, turns: bool = True
+) -> Element:
+    """`turns`: whether strains and sections turn to second order where the squared slope stretches."""
     beam, effects = link.beam, scene.effects
     s = section(beam)
     e_modulus = beam.youngs_modulus
@@ -193,23 +258,33 @@ def build_element(scene: Scene, link: Link, start: float, length: float, flexibl
             strains.append((g_modulus * s.shear_area_y * w, sy - rotation[2]))
             strains.append((g_modulus * s.shear_area_z * w, sz + rotation[1]))
     built = Element(np.array(points), np.array(fields), np.array(masses), spin=spin)
+    stiffening = effects.centrifugal and effects.axial
+    turning = stiffening and turns
+    if turning and effects.rotary_inertia:
+        half = 0.5 * beam.density * length
+        built.sections = [(0, half * s.iz, half * s.iy), (1, half * s.iz, half * s.iy)]
     if flexible:
         twist, stretch = np.zeros(12), np.zeros(12)
         twist[[3, 9]] = stretch[[0, 6]] = -1 / length, 1 / length
         built.strains = [*strains, (g_modulus * s.j * length, twist)]
-        stiffening = effects.centrifugal and effects.axial
         built.axial = (e_modulus * s.area * length, stretch, slopes if stiffening else [])
+        if turning:
+            share_z, share_y = phi_z / (1 + phi_z), phi_y / (1 + phi_y)
+            kz, ky = e_modulus * s.iz / length, e_modulus * s.iy / length
+            stiffness = [kz, 12 * (1 - share_z) * kz, ky, 12 * (1 - share_y) * ky, g_modulus * s.j / length]
+            built.strains = []
+            built.turning = np.array(stiffness), length, (share_z, share_y)
         if stiffening:
             built.shift = np.diag([0, 0, 0, 0, -1, -1, 0, 0, 0, 0, 1, 1]) * length / 24
     return built
 
 
-def build_body(body, end: float, axes: np.ndarray) -> Element:
+def build_body(body, end: float, axes: np.ndarray, turning: bool) -> Element:
     """A rigid body as six points with its mass, centre and inertia."""
     inertia = np.zeros((3, 3)) if body.inertia is None else np.array(body.inertia)
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
     moments, directions = np.linalg.eigh(second)
-    points, fields = [], []
+    points, fields, arms = [], [], []
     for k in range(3):
         for sign in (-1, 1):
             arm = sign * np.sqrt(3 * max(moments[k], 0) / body.mass) * directions[:, k]
@@ -218,7 +293,13 @@ def build_body(body, end: float, axes: np.ndarray) -> Element:
             row[:, 6:9], row[:, 9:12] = np.eye(3), -cross_matrix(arm)
             points.append(arm + np.array([end, 0.0, 0.0]))
             fields.append(row)
-    return Element(np.array(points), np.array(fields), np.full(6, body.mass / 6))
+            arms.append(arm)
+    arm = np.array(arms) if turning else None
+    return Element(np.array(points), np.array(fields), np.full(6, body.mass / 6), arm=arm)
+
+
+def flexible_link(link: Link) -> bool:
+    return bool(link.beam is not None and link.flexible)
 
 
 class IndependentChain:
@@ -236,6 +317,7 @@ class IndependentChain:
         held = {} if zeroed is None else {(n, i): np.asarray(d) for n, i, d in zeroed}
         effects = scene.effects
         elastic = effects.joint_elasticity and effects.rotor_inertia
+        self.turning = effects.centrifugal and effects.axial
         n, self.motor = self.joints, []
         for joint in scene.joints:
             behind = elastic and joint.stiffness is not None
@@ -273,7 +355,8 @@ class IndependentChain:
                 build_element(scene, link, i * step, step, flexible)
                 for i in range(count if link.beam is not None else 0)
             ]
-            bodies = [build_body(b, length, axes) for b in (link.rigid, link.payload) if b and b.mass > 0]
+            both = (link.rigid, link.payload)
+            bodies = [build_body(b, length, axes, self.turning) for b in both if b and b.mass > 0]
             self.links.append((link, along, axes, step, own, nodes, elements, bodies))
         self.unknowns = n
 
@@ -298,12 +381,22 @@ class IndependentChain:
             origin = origin + slide
             basis = turn @ Moving(axes)
             u, r = end
-            u = u + Moving(cross_matrix(r.value), cross_matrix(r.rate)) @ slide
+            across = Moving(cross_matrix(r.value), cross_matrix(r.rate))
+            carried = across @ slide
+            u = u + carried
+            if self.turning:
+                again = across @ carried
+                u = u + Moving(0.5 * again.value, 0.5 * again.rate)
             if own is not None:
-                r = r + Moving(
-                    joint_axis.value * z[own], joint_axis.rate * z[own] + joint_axis.value * zd[own]
-                )
+                psi = Moving(joint_axis.value * z[own], joint_axis.rate * z[own] + joint_axis.value * zd[own])
+                both = across @ psi
+                r = r + psi
+                if self.turning:
+                    r = r + Moving(0.5 * both.value, 0.5 * both.rate)
             u, r = basis.T @ u, basis.T @ r
+            if self.turning:
+                back = squared(vector_from_slopes, r)
+                r = r + Moving(-back.value, -back.rate)
             rows = [Moving(np.concatenate([u.value, r.value]), np.concatenate([u.rate, r.rate]))]
             for place, free, pivot, lost in nodes:
                 before = rows[-1]
@@ -320,10 +413,15 @@ class IndependentChain:
                     if pivot is not None:
                         part[pivot] = 0.0
                         part[pivot] = -(lost @ part) / lost[pivot]
+                if self.turning and not any(free) and not flexible_link(link):
+                    value[0] -= 0.5 * step * (before.value[4] ** 2 + before.value[5] ** 2)
+                    rate[0] -= step * (before.value[4] * before.rate[4] + before.value[5] * before.rate[5])
                 rows.append(Moving(value, rate))
             out.append((origin, basis, rows))
             u = Moving(rows[-1].value[:3], rows[-1].rate[:3])
             r = Moving(rows[-1].value[3:], rows[-1].rate[3:])
+            if self.turning:
+                r = r + squared(vector_from_slopes, r)
             ends[n] = origin + turn @ Moving(along), turn, (basis @ u, basis @ r)
         return out
 
@@ -391,6 +489,11 @@ class IndependentChain:
                     + part.displacement(Moving(d.value, d_k.rate)).rate
                 )
                 force[k] += part.mass @ np.sum(v.real * twice, axis=1)
+                for end, *moments in part.sections:
+                    at = slice(6 * end + 3, 6 * end + 6)
+                    moved = squared(axes_turned, Moving(d.value[at], d.rate[at])).rate.real
+                    for axis, moment in enumerate(moments, 1):
+                        force[k] += moment * (turn[:, axis].real @ (2.0 * omega @ moved[:, axis]))
                 for j, twist in part.spin:
                     # (virtual rotation) . (omega x e_x)
                     across = turn[0, 2] * omega[1, 0] + turn[1, 0] * omega[2, 0]
@@ -436,6 +539,10 @@ class IndependentChain:
             for k, row in part.strains:
                 values.append(np.sqrt(k) * (row @ d.value))
                 rates.append(np.sqrt(k) * (row @ d.rate))
+            if part.turning is not None:
+                turned = part.turning_strains(d)
+                values += list(turned.value)
+                rates += list(turned.rate)
             if part.axial is not None:
                 k, row, slopes = part.axial
                 value, rate = row @ d.value, row @ d.rate
@@ -446,9 +553,25 @@ class IndependentChain:
                 rates.append(np.sqrt(k) * rate)
         return Moving(np.array(values), np.array(rates))
 
+    def turned_sections(self, z: np.ndarray, zd: np.ndarray):
+        """(second moment, rate of the undeformed axis, rate of its turn's second order), base frame."""
+        for part, _, basis, d in self.pieces(self.motion(z, zd)):
+            for end, *moments in part.sections:
+                at = slice(6 * end + 3, 6 * end + 6)
+                turned = squared(axes_turned, Moving(d.value[at], d.rate[at]))
+                moved = basis @ turned
+                for k, j in enumerate(moments, 1):
+                    yield j, basis.rate[:, k], moved.rate[:, k]
+
+    def section_rates(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
+        """(2, 3 sections) both of these rates, times the roots of the moments."""
+        found = [(np.sqrt(j) * a, np.sqrt(j) * p) for j, a, p in self.turned_sections(z, zd)]
+        return np.array(found).transpose(1, 0, 2).reshape(2, -1) if found else np.zeros((2, 0))
+
     def kinetic(self, z: np.ndarray, zd: np.ndarray) -> complex:
         v = self.velocities(z, zd)
-        return 0.5 * v @ v
+        axes, turned = self.section_rates(z, zd)
+        return 0.5 * v @ v + axes @ turned
 
     def potential(self, z: np.ndarray) -> complex:
         """Strain energy and gravity."""
@@ -461,21 +584,27 @@ class IndependentChain:
             total = total - part.mass @ (p @ self.gravity)
         return total
 
+    def elastic_rates(self, zd: np.ndarray) -> np.ndarray:
+        """Rates of the same deformation without the joints' turning: q' + phi' taken out."""
+        y = zd.copy()
+        y[: self.joints + sum(k is not None for k in self.motor)] = 0.0
+        k = 0
+        for link, *_, own, _, _, _ in self.links:
+            if link.joint.type != "fixed":
+                y[k], k = (-zd[own] if own is not None else 0.0), k + 1
+        return y
+
     def damping_force(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
-        """alpha M and beta K on the elastic rates, by virtual work on every coordinate."""
+        """alpha M on the elastic velocity of the undeformed robot, beta K on the strains' rates, each by its
+        own virtual work."""
         alpha, beta = self.damping
         force = np.zeros(self.unknowns)
-        relative, points = [], []
-        for part, _, basis, d in self.pieces(self.motion(z, zd)):
-            v = part.displacement(d).rate @ basis.value.T
-            relative.append((np.sqrt(part.mass)[:, None] * v).ravel())
-            relative += [[np.sqrt(j) * (twist @ d.rate)] for j, twist in part.spin]
-        if self.scene.effects.rotor_inertia:
-            relative.append(np.zeros(self.joints))
-        points = np.concatenate(relative).real
+        straight = z.copy()
+        straight[self.joints + sum(k is not None for k in self.motor) :] = 0.0
+        points = self.velocities(straight, self.elastic_rates(zd)).real
         strain_rate = self.strain(z, zd).rate.real
         for k, unit in enumerate(np.eye(self.unknowns)):
-            force[k] -= alpha * (self.velocities(z, unit).real @ points)
+            force[k] -= alpha * (self.velocities(straight, self.elastic_rates(unit)).real @ points)
             force[k] -= beta * (self.strain(z, unit).rate.real @ strain_rate)
         return force
 
@@ -487,7 +616,10 @@ class IndependentChain:
         if self.scene.effects.joint_friction:
             for k, j in enumerate(self.scene.joints):
                 effort[k] -= j.viscous_friction * rate[k]
-                effort[k] -= j.coulomb_friction * np.tanh(rate[k] / j.coulomb_speed)
+                if j.coulomb_speed > 0.0:
+                    effort[k] -= j.coulomb_friction * np.tanh(rate[k] / j.coulomb_speed)
+                else:
+                    effort[k] -= j.coulomb_friction * np.sign(rate[k])
         units = np.eye(self.unknowns)
         given = [effort @ self.motor_rate(unit) for unit in units]
         lost = [damper @ (self.motor_rate(unit) - self.joint_rate(unit)) for unit in units]
@@ -498,9 +630,15 @@ class IndependentChain:
         units = np.eye(self.unknowns)
         columns = np.array([self.velocities(z, e).real for e in units])
         mass = columns @ columns.T
+        axes, turned = np.array([self.section_rates(z, e).real for e in units]).transpose(1, 0, 2)
+        mass += axes @ turned.T + turned @ axes.T
         ahead = z + 1j * STEP * zd
         along = self.velocities(ahead, zd)
         bias = np.array([(self.velocities(ahead, e) @ along).imag / STEP for e in units])
+        axes, turned = self.section_rates(ahead, zd)
+        for k, e in enumerate(units):
+            unit_axes, unit_turned = self.section_rates(ahead, e)
+            bias[k] += (unit_axes @ turned + axes @ unit_turned).imag / STEP
         for k, e in enumerate(units):
             bias[k] -= self.kinetic(z + 1j * STEP * e, zd).imag / STEP
             bias[k] += self.potential(z + 1j * STEP * e).imag / STEP
@@ -527,6 +665,9 @@ class IndependentChain:
             inside = axes.T @ np.asarray(vector)
             u, r = rows[-1].value, rows[-1].rate
             value, rate = inside + np.cross(u[3:], inside), np.cross(r[3:], inside)
+            if self.turning:
+                turned = squared(axes_turned, Moving(u[3:], r[3:]))
+                value, rate = value + turned.value @ inside, rate + turned.rate @ inside
             if not point:
                 return basis @ Moving(value, rate)
             return origin + basis @ Moving(value + axes.T @ along + u[:3], rate + r[:3])

@@ -36,10 +36,11 @@ class IndependentCoMoving(IndependentChain):
 
     def __init__(self, scene: Scene, planar: bool = False) -> None:
         super().__init__(scene, planar)
+        self.turning = False
         for k, (link, along, axes, step, own, nodes, elements, bodies) in enumerate(self.links):
             flexible = bool(link.beam is not None and link.flexible)
-            elements = [build_element(scene, link, 0.0, step, flexible) for _ in elements]
-            bodies = [build_body(b, 0.0, axes) for b in (link.rigid, link.payload) if b and b.mass > 0]
+            elements = [build_element(scene, link, 0.0, step, flexible, False) for _ in elements]
+            bodies = [build_body(b, 0.0, axes, False) for b in (link.rigid, link.payload) if b and b.mass > 0]
             self.links[k] = (link, along, axes, step, own, nodes, elements, bodies)
 
     def motion(self, z: np.ndarray, zd: np.ndarray) -> list:
@@ -101,14 +102,13 @@ class IndependentCoMoving(IndependentChain):
         return np.zeros(self.unknowns)
 
     def damping_force(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
-        """alpha M on the velocities with the joints at rest, beta K on the strains' rates."""
+        """alpha M on the velocities with the joints at rest, beta K on the strains' rates, each by its own
+        virtual work."""
         alpha, beta = self.damping
-        elastic = np.array(zd)
-        elastic[: self.joints] = 0.0
-        elastic[[at for at in self.motor if at is not None]] = 0.0
-        points, strain = self.velocities(z, elastic).real, self.strain(z, zd).rate.real
+        points = self.velocities(z, self.elastic_rates(zd)).real
+        strain = self.strain(z, zd).rate.real
         force = np.zeros(self.unknowns)
         for k, unit in enumerate(np.eye(self.unknowns)):
-            force[k] -= alpha * (self.velocities(z, unit).real @ points)
+            force[k] -= alpha * (self.velocities(z, self.elastic_rates(unit)).real @ points)
             force[k] -= beta * (self.strain(z, unit).rate.real @ strain)
         return force

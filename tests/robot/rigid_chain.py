@@ -57,9 +57,10 @@ def pinocchio_model(scene: Scene) -> pinocchio.Model:
 
 
 def friction(scene: Scene, velocity: np.ndarray) -> np.ndarray:
+    """Viscous and smooth Coulomb friction; without the latter its speed does not matter."""
     return np.array(
         [
-            -j.viscous_friction * v - j.coulomb_friction * np.tanh(v / j.coulomb_speed)
+            -j.viscous_friction * v - j.coulomb_friction * np.tanh(v / (j.coulomb_speed or 1.0))
             for j, v in zip(scene.joints, velocity, strict=True)
         ]
     )

@@ -69,10 +69,7 @@ def test_drift_of_the_default_integrator(scene, allowed):
 
 
 def test_stiffness_damping_only_takes():
-    """Damping proportional to stiffness never feeds energy.
-
-    Damping proportional to mass may: thesis 2.56 lets it act through J^T on the rigid motion too.
-    """
+    """Damping proportional to stiffness never feeds energy."""
     scene = two_link(damping={"beta": 5e-4}, gravity=[0, 0, 0])
     scene["initial"] = {"velocity": [3.0, -6.0]}
     run = simulate(load_scene(scene, {"solver.step": 2.5e-4}), duration=0.5, sample_period=1e-3)
@@ -94,9 +91,34 @@ def test_torque_gives_its_work():
         )
 
         def torque(t):
-            return np.array([0.8 * np.sin(20 * t), 0.3, -0.2 * np.cos(9 * t)])
+            return np.array([0.9 * np.sin(20 * t), 0.3, -0.2 * np.cos(9 * t)])
 
         run = simulate(scene, torque, 0.1, sample_period=1e-4)
         work = simpson(np.sum(run.torque * run.joint_velocity, axis=1), x=run.time)
         assert run.status == "ok" and work > 0.5
         assert run.energy[-1] - run.energy[0] == pytest.approx(work, rel=1e-6)
+
+
+@pytest.mark.parametrize("zeroed", ["root", "chord"])
+def test_mass_damping_only_takes(zeroed):
+    """Rayleigh's alpha gives no energy: no more than the method itself does without it (2.4e-6 J)."""
+    scene = two_link(damping={"alpha": 2.0}, erls={"zeroed": zeroed})
+    run = simulate(load_scene(scene, {"solver.step": 2e-4}), duration=0.5, sample_period=1e-3)
+    lowest = np.minimum.accumulate(run.energy)
+    assert run.status == "ok" and np.max(run.energy - lowest) < 3e-6
+    thesis = load_scene(scene, {"solver.step": 2e-4, "damping.alpha_form": "thesis"})
+    gained = simulate(thesis, duration=0.5, sample_period=1e-3).energy
+    assert np.max(gained - np.minimum.accumulate(gained)) > 1e-4
+
+
+def test_mass_damping_moves_every_set_alike():
+    """The motion with alpha is the same to ten times the squared elastic rotation of a robot 1 m long."""
+    runs = [
+        simulate(
+            load_scene(two_link(damping={"alpha": 2.0}, erls={"zeroed": zeroed}), {"solver.step": 2e-4}),
+            duration=0.5, sample_period=2e-3,
+        )
+        for zeroed in ("root", "chord")
+    ]  # fmt: skip
+    rotation = max(run.validity["elastic_rotation"] for run in runs)
+    assert np.max(np.abs(runs[0].link_end - runs[1].link_end)) < 10.0 * rotation**2

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import anthropomorphic, link, robot, two_link
+from scipy.spatial.transform import Rotation
 
 from flexsim_node import load_scene, simulate
 from flexsim_node.chain import workspace
@@ -32,15 +33,17 @@ def test_virtual_work(scene, base):
     def end(y):
         view.look(work, y)
         frame = view.pose[n, 3:].reshape(3, 3)
-        return view.link_end[n].copy(), frame.copy(), view.displacement[view.ends[n], 3:].copy()
+        bent = Rotation.from_rotvec(view.displacement[view.ends[n], 3:]).as_matrix()
+        return view.link_end[n].copy(), frame @ bent
 
-    _, frame, _ = end(x)
+    _, section = end(x)
+    frame = view.pose[n, 3:].reshape(3, 3).copy()
     force, moment = (load[:3], load[3:]) if base else (frame @ load[:3], frame @ load[3:])
     for k in range(model.unknowns):
         step = 1e-6 * np.eye(model.unknowns)[k]
-        (ahead, turned, bent), (behind, before, straight) = end(x + step), end(x - step)
-        spin = (turned - before) @ frame.T / 2e-6
-        rotation = np.array([spin[2, 1], spin[0, 2], spin[1, 0]]) + frame @ (bent - straight) / 2e-6
+        (ahead, turned), (behind, before) = end(x + step), end(x - step)
+        spin = (turned - before) @ section.T / 2e-6
+        rotation = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
         work_done = force @ (ahead - behind) / 2e-6 + moment @ rotation
         assert loaded[k] - rest[k] == pytest.approx(work_done, abs=2e-6)
 

@@ -132,6 +132,7 @@ def losses(**keys):
     joint = {
         "viscous_friction": 0.7,
         "coulomb_friction": 0.4,
+        "coulomb_speed": 1e-2,
         "rotor_inertia": 2e-4,
         "gear_ratio": 30.0,
     }
@@ -208,6 +209,7 @@ SCENES = {
     "losses": losses(),
     "losses, loops": closed("universal", damping={"alpha": 30.0, "beta": 1e-3}),
     "losses, planar loops": planar_closed(damping={"alpha": 30.0, "beta": 1e-3}),
+    "losses, springs": springs(damping={"alpha": 30.0, "beta": 1e-3}),
     "losses, points": losses(effects={"rotary_inertia": False}),
 }
 

@@ -75,6 +75,19 @@ ROOT_2 = "link: link_2, node: 0, dof: rz"
         ("type: revolute", "type: fixed", 16, "initial.position: has 2 values for 1 moving joints"),
         ("type: revolute", "effort_limit: -1", 8, "effort_limit: is -1; give more than 0"),
         ("type: revolute", "stiffness: 100.0", 8, "stiffness: is 100, but behind a spring the motor moves"),
+        ("joint_1, type: revolute", "joint_1, gear_ratio: 30.0", 8, "gear_ratio: is 30 without a rotor"),
+        ("joint_1, type: revolute", "joint_1, coulomb_speed: 0.1", 8, "coulomb_speed: is 0.1 without a cou"),
+        ("type: revolute", "actuated: false, effort_limit: 3.0", 8, "effort_limit: is 3, but the joint"),
+        ("mass: 0.5, ", "", 14, "links.1.payload.inertia: is given, but the body has no mass; give its mass"),
+        ("mass: 0.5, inertia: [[0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.2]]", "center_of_mass: [0.1, 0, 0]", 14,
+         "links.1.payload.center_of_mass: is given, but the body has no mass"),
+        ("beta: 5.0e-4", "alpha_form: thesys", 4, "alpha_form: is 'thesys'; give 'elastic' or 'thesis'"),
+        ("alpha: 2.0", "alpha_form: thesis", 4, "damping.alpha_form: is given without an alpha"),
+        ("effects:", "torque: [{joint: joint_1, type: constant, frequency: 2.0}]\neffects:", 17,
+         "torque.0.frequency: has no meaning for type constant"),
+        ("effects:",
+         "torque: [{joint: joint_1, type: table, time: [0], value: [1], amplitude: 2}]\neffects:", 17,
+         "torque.0.amplitude: has no meaning for a table"),
         ("a: 0.5", "a: .nan", 7, "links.0.dh.a: is nan; give a finite number"),
         ("a: 0.5", "a: .inf", 7, "links.0.dh.a: is inf; give a finite number"),
         ("a: 0.5", "a: true", 7, "links.0.dh.a: is True; give a number"),
@@ -121,6 +134,34 @@ def test_refused_with_its_place(tmp_path, right, wrong, line, said):
     assert message.startswith(f"{path}:{line}: ")
     assert said in message
     assert "\n" not in message
+
+
+FIXED_WITH = {
+    "stiffness": 100.0, "damping": 1.0, "rotor_inertia": 0.1, "gear_ratio": 2.0, "viscous_friction": 0.1,
+    "coulomb_friction": 0.1, "coulomb_speed": 0.1, "effort_limit": 3.0, "actuated": False,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", FIXED_WITH)
+def test_a_fixed_joint_has_nothing_that_moves(tmp_path, key):
+    """A spring, a motor or friction on it would be ignored."""
+    path = tmp_path / "robot.yaml"
+    fixed = f"{{type: fixed, {key}: {str(FIXED_WITH[key]).lower()}}}"
+    path.write_text(TEXT.replace("{name: joint_1, type: revolute}", fixed))
+    with pytest.raises(SceneError) as refusal:
+        load_scene(path)
+    assert str(refusal.value).startswith(f"{path}:8: links.0.joint.{key}: is given, but the joint is fixed")
+    right = TEXT.replace("{name: joint_1, type: revolute}", "{type: fixed}")
+    path.write_text(right.replace("[0.0, 0.0]", "[0.0]"))
+    assert load_scene(path).joint_names == ("joint_2",)
+
+
+def test_a_reduction_without_a_beam_is_refused():
+    """A rigid body has no modes to be reduced to."""
+    scene = two_link()
+    scene["links"].append({"name": "w", "dh": {}, "rigid": {"mass": 1.0}, "reduction": {"modes": 2}})
+    with pytest.raises(SceneError, match=r"links.2.reduction: is given, but the link has no beam"):
+        load_scene(scene)
 
 
 def test_the_text_itself_is_right(tmp_path):

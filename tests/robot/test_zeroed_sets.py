@@ -49,12 +49,14 @@ def test_same_motion_to_the_squared_rotation(runs, a, b):
         assert distance < 0.5 * rotation**2
 
 
-def test_difference_grows_with_the_squared_rotation(runs):
-    """2.5 times softer links bend 2.5 times as much and differ some 6 times as much."""
+def test_difference_grows_faster_than_the_squared_rotation(runs):
+    """2.5 times softer links bend 2.5 times as much and differ more than 12 times as much: the sets' terms of
+    second order in the rotation are the same.
+    """
     stiff = max(apart(runs, a, b, 5e10)[0] for a, b in itertools.combinations(CHOICES, 2))
     soft = max(apart(runs, a, b, 2e10)[0] for a, b in itertools.combinations(CHOICES, 2))
     bent = apart(runs, "root", "A", 2e10)[1] / apart(runs, "root", "A", 5e10)[1]
-    assert np.log(soft / stiff) / np.log(bent) == pytest.approx(2.0, abs=0.25)
+    assert np.log(soft / stiff) / np.log(bent) > 2.75
 
 
 @pytest.mark.parametrize("name", CHOICES)

@@ -14,9 +14,13 @@ from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from flexsim.bench import rig as bench_rig
-from flexsim.bench.rig import Rig, stamp
+from flexsim.bench.rig import Rig, recorded, stamp
+from flexsim.bench.score import Recording
+from flexsim.bench.session import NOMINAL, Session
+from flexsim.controller.trajectory import Trajectory
 from flexsim.terminal.stop import stopped_by_signals
 from flexsim.trial.processes import processes
 from processes import flexsim
@@ -29,9 +33,8 @@ pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
 
 def test_the_commands_of_the_page(tmp_path: Path) -> None:
-    """The last of them runs; its picture and its scores are there, and LQG swings less than PD."""
-    assert len(LINES) == 2
-    words = shlex.split(LINES[-1])[1:]
+    """The one that draws: its picture and its scores are there, and LQG swings less than PD."""
+    words = shlex.split(next(line for line in LINES if "bench.png" in line))[1:]
     words[words.index("bench.png")] = str(tmp_path / "bench.png")
     scene = words.index("config/anthropomorphic_geared.yaml")
     words[scene] = str(ROOT / words[scene])
@@ -86,6 +89,35 @@ def test_a_run_is_of_its_own_states() -> None:
     assert [stamp(message) for message in run] == [1e-9, 1e-3, 2e-3]
 
 
+def test_states_that_did_not_arrive_are_missed() -> None:
+    """A run with a gap is not scored, but run again, and given up where that is of no use."""
+
+    def state(k: int, **fields: list[float]) -> SimpleNamespace:
+        stamp = SimpleNamespace(sec=0, nanosec=max(1, 10_000_000 * k))
+        return SimpleNamespace(header=SimpleNamespace(stamp=stamp), **fields)
+
+    def run(times: list[int]) -> Recording:
+        states = [state(k, position=[0.0], velocity=[0.0], effort=[0.0]) for k in times]
+        shapes = [state(k, position=[0.0] * 3, rigid_position=[0.0] * 3) for k in range(11)]
+        return recorded(states, shapes, 0.1, "", 100.0)
+
+    whole, gap = run([*range(11)]), run([0, 1, 2, 5, 6, 7, 8, 9, 10])
+    assert (whole.missing, gap.missing) == (0, 2)
+    runs = [gap, whole]
+    session = object.__new__(Session)
+    session.rig = SimpleNamespace(run=lambda *_: runs.pop(0))
+    said: list[str] = []
+    session.say, session.scene, session.until = said.append, None, 0.1
+    session.wanted = Trajectory(np.array([0.0, 0.05]), np.zeros((2, 1)), np.zeros((2, 1)))
+    session.recordings, session.scores = {"pd": {}}, {"pd": {}}
+    session._run("pd", NOMINAL)
+    assert session.recordings["pd"]["nominal"] is whole
+    assert "2 states did not reach the bench; once more" in said[1]
+    session.rig = SimpleNamespace(run=lambda *_: gap)
+    with pytest.raises(RuntimeError, match="the machine is too busy"):
+        session._run("pd", NOMINAL)
+
+
 def test_an_answer_that_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     """The question is asked again, and the client is given back."""
     monkeypatch.setattr(bench_rig, "AGAIN", 0.05)
@@ -95,7 +127,7 @@ def test_an_answer_that_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     client = SimpleNamespace(service_is_ready=lambda: True, call_async=lambda _: futures.pop(0))
     rig = object.__new__(Rig)
     rig.trial = SimpleNamespace(check=lambda: None)
-    rig.executor = SimpleNamespace(spin_once=lambda timeout_sec: time.sleep(0.2 * timeout_sec))
+    rig.hear = lambda: time.sleep(0.01)
     rig.node = SimpleNamespace(create_client=lambda *_: client, destroy_client=given_back.append)
     assert rig.call(None, "reset_simulation", None) == "here"
     assert (futures, given_back) == ([], [client])
@@ -105,6 +137,9 @@ def test_an_answer_that_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     ("words", "sentence"),
     [
         (["--goal", "1.0"], "the goal has 1 values for 3 joints"),
+        (["--against", "joint_pd"], "NODE and --against are the same"),
+        (["--against", "joint_pid"], "there is no program 'joint_pid'"),
+        (["--only", "pull"], "'pull' is not one of"),
         (["--set", "links.link_1.joint.rotor_inertia=much"], "give a number"),
     ],
 )

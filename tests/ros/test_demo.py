@@ -24,10 +24,11 @@ TYPES = {
     "/flexsim_node/deformed_shape": "sensor_msgs/msg/PointCloud2",
     "/flexsim_node/elastic_layout": "flexsim_msgs/msg/ElasticLayout",
     "/flexsim_node/elastic_state": "flexsim_msgs/msg/ElasticState",
+    "/flexsim_node/scene": "std_msgs/msg/String",
     "/joint_states": "sensor_msgs/msg/JointState",
     "/robot_description": "std_msgs/msg/String",
 }
-LATCHED = ("/flexsim_node/elastic_layout", "/robot_description")
+LATCHED = ("/flexsim_node/elastic_layout", "/flexsim_node/scene", "/robot_description")
 DURATION = 2.5
 
 

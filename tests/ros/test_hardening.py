@@ -128,7 +128,7 @@ def test_stopped_for_a_second_and_continued(arm: Robot) -> None:
 
 
 def test_two_commanders_at_once(arm: Robot) -> None:
-    """Each state names the command of one of them, whole."""
+    """Each state names the command of one of them, whole; that there are two is said."""
     other = arm.node.create_publisher(Float64MultiArray, "flexsim_node/commands", 10)
     arm.until(other.get_subscription_count)
     first, second = [1.0, 2.0, 3.0], [-4.0, -5.0, -6.0]
@@ -140,6 +140,9 @@ def test_two_commanders_at_once(arm: Robot) -> None:
     efforts = {tuple(m.effort) for m in arm.states()}
     assert efforts <= {tuple(first), tuple(second), (0.0, 0.0, 0.0)}
     assert {tuple(first), tuple(second)} <= efforts
+    arm.until(lambda: any(s.message == "2 publish commands: /listener (2)" and s.level == b"\x01"
+                          for s in arm.heard["/diagnostics"][-1].status))  # fmt: skip
+    assert "/listener (2); the latest holds" in arm.process.errors.read_text()
     arm.node.destroy_publisher(other)
 
 

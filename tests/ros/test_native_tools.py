@@ -39,12 +39,13 @@ OWN_TOPICS = {
     "/cell/arm": {
         "/cell/arm/commands", "/cell/arm/wrench", "/cell/arm/elastic_state", "/cell/arm/elastic_layout",
         "/cell/arm/deformed_shape", "/cell/joint_states", "/cell/robot_description",
-        "/cell/robot_joint_commands", "/clock", "/diagnostics",
+        "/cell/robot_joint_commands", "/cell/arm/scene", "/clock", "/diagnostics",
     },
     "/cell/door": {
         "/cell/furnace/temperature", "/cell/furnace/measured_temperature", "/cell/door/thermocouples",
         "/cell/door/criteria", "/cell/door/temperature_field", "/cell/door/temperature_points",
-        "/cell/door/unexposed/image", "/cell/door/deflection", "/cell/door/mesh", "/diagnostics",
+        "/cell/door/unexposed/image", "/cell/door/deflection", "/cell/door/mesh",
+        "/cell/door/scene", "/diagnostics",
     },
 }  # fmt: skip
 

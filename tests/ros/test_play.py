@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import rclpy
 from flexsim.bag import Bag, BagError
+from flexsim.bag.robot import robot_in
 from flexsim.replay.drive import read_drive
 from listening import PATIENCE
 from processes import Background, command, flexsim, ros_environment
@@ -27,6 +28,8 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
+
+from flexsim_node import load_scene
 
 # A recorder that has to keep up, and a player whose timing is looked at.
 pytestmark = [pytest.mark.ros, pytest.mark.alone]
@@ -75,7 +78,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )  # fmt: skip
     robot.wait_for("kernels ready", PATIENCE)
     recorder.wait_for("+ /joint_states")
-    recorder.wait_for("+ parameters and anthropomorphic.yaml of /flexsim_node")
+    recorder.wait_for("+ scene of /flexsim_node: anthropomorphic")
     random = np.random.default_rng(1)
     states = {"/joint_states": (JointState, QoSProfile(depth=1))}
     with listener(environment, states) as (heard, listen, node):
@@ -104,9 +107,11 @@ def states_of(bag: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_recorder_keeps_the_scene(run: Path) -> None:
-    """A bag explains itself: the scene's text, and the parameters of the node that simulated it."""
+    """A bag explains itself: the scene that the node ran, and its parameters, as it published them."""
     bag = Bag(run)
-    assert bag.attachment(SCENE.name) == SCENE.read_bytes()
+    told = robot_in(bag).scene
+    assert told is not None and told.overrides == {"solver.step": 0.001}
+    assert load_scene(told.scene) == load_scene(SCENE, {"solver.step": 0.001})
     parameters = bag.notes()["/flexsim_node"]
     assert json.loads(parameters["override.solver.step"]) == 0.001
     assert json.loads(parameters["scene"]) == str(SCENE)
@@ -120,6 +125,7 @@ def test_reproduced_to_the_bit(run: Path, tmp_path: Path) -> None:
     said = json.loads(done.stdout)
     comparison = said["comparison"]
     assert comparison["exact"]
+    assert comparison["scenes"]["/flexsim_node"]["same"]
     assert said["stopped"] == ""
     states = comparison["fields"]["/joint_states position"]
     assert states["compared"] > 600

@@ -85,16 +85,16 @@ def test_a_measured_furnace_drives_it(tmp_path: Path) -> None:
         curve = 20.0 + 345.0 * math.log10(8.0 * seconds(last) / 60.0 + 1.0)
         assert last.temperature == pytest.approx(curve, abs=1e-6)
         burning.measure_on(333.0)
-        for nonsense in (math.nan, math.inf, -300.0, 1e6):
+        for nonsense in (math.nan, math.inf, -300.0, 1e6, 1372.0):
             burning.measure(nonsense)
         burning.until(lambda: heard[-1].temperature == 333.0)
         said = burning.until(
-            lambda: burning.diagnostics() if burning.diagnostics().get("refused") == "4" else None
+            lambda: burning.diagnostics() if burning.diagnostics().get("refused") == "5" else None
         )
         assert said["source"] == "measured"
-        assert said["refused, not finite"] == "2"
+        assert said["refused, not finite"] == said["refused, above furnace_highest"] == "2"
         log = burning.process.errors.read_text()
-        assert 1 <= log.count("refused a measured temperature") <= 4
+        assert 1 <= log.count("refused a measured temperature") <= 5
         burning.until(lambda: float(burning.diagnostics()["since the last measured, s"]) > 30.0)
         (furnace,) = [s for s in burning.heard["/diagnostics"][-1].status
                       if s.name == "thermal_node: furnace"]  # fmt: skip

@@ -60,12 +60,14 @@ def command(*words: object) -> list[str]:
 class Background:
     """A process that runs while a test goes on, and its output line by line."""
 
-    def __init__(self, words: list[str], environment: dict[str, str], folder: Path) -> None:
+    def __init__(
+        self, words: list[str], environment: dict[str, str], folder: Path, cwd: Path | None = None
+    ) -> None:
         self.output = folder / f"{time.monotonic_ns()}.out"
         self.errors = self.output.with_suffix(".err")
         with self.output.open("w") as out, self.errors.open("w") as err:
             self.process = subprocess.Popen(
-                words, env=environment, stdin=subprocess.PIPE, stdout=out, stderr=err
+                words, env=environment, cwd=cwd, stdin=subprocess.PIPE, stdout=out, stderr=err
             )
 
     def wait_for(self, text: str, timeout: float = 40.0) -> None:
@@ -76,11 +78,11 @@ class Background:
                 pytest.fail(f"no '{text}' from {self.process.args}: {self.errors.read_text()}")
             time.sleep(0.02)
 
-    def end(self, number: int = signal.SIGINT) -> int:
+    def end(self, number: int = signal.SIGINT, timeout: float = 20.0) -> int:
         """Send a signal and return the exit code."""
         if self.process.poll() is None:
             self.process.send_signal(number)
-        return self.process.wait(20)
+        return self.process.wait(timeout)
 
     def release(self) -> None:
         """Close the process's standard input, which a synthetic robot takes as its end."""

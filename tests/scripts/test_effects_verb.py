@@ -25,8 +25,16 @@ def test_every_effect_has_its_row() -> None:
     assert rows["torsion"]["verdict"] == "can go"
     assert rows["gravity"]["relative"] == pytest.approx(rows["gravity"]["change"] / said["reach"])
     assert said["space_ratio"] > 1.2
+    # so stiff an arm is the same in both formulations, as its own study finds
+    assert 0.0 <= said["formulation"]["distance"] < 1e-4
+    assert said["formulation"]["other"] == "co_moving"
     assert "torsion" in said["decision"]["left_out"]
     assert said["decision"]["together"] <= 1e-4
+    for row in rows.values():
+        if row["cost"] is not None:  # a cost is a figure only beyond its spread
+            assert abs(row["cost"]) > row["cost_spread"] > 0.0
+        else:
+            assert not row["measurable"]
 
 
 def test_the_table() -> None:

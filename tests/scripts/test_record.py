@@ -151,15 +151,16 @@ def test_topics_chosen_and_ended_by_sigterm(tmp_path: Path) -> None:
     assert "Traceback" not in recorder.errors.read_text()
 
 
-def test_a_simulator_is_asked_once_its_name_is_known(tmp_path: Path) -> None:
+def test_a_scene_is_expected_once_a_name_is_known(tmp_path: Path) -> None:
     """The middleware may know a publisher before it knows whose it is; the recorder waits for the name."""
     with tool_node("recorder") as node, BagWriter(tmp_path / "run") as bag:
         recorder = Recorder(node, bag, ["*"])
-        assert not recorder.asking
+        assert not recorder.expecting
         recorder.meet("/arm/elastic_layout", {"_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_"})
-        assert recorder.asking and not recorder.asked
+        assert recorder.expecting and not recorder.met
         recorder.meet("/arm/elastic_layout", {"/arm/flexsim_node"})
-        assert recorder.asking and recorder.asked == {"/arm/flexsim_node"}
+        assert recorder.expecting and recorder.met == {"/arm/flexsim_node"}
+        assert recorder.without_scene == ["/arm/flexsim_node"]
         recorder.close()
 
 

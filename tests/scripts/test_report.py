@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from flexsim.bag import Bag, BagWriter
+from flexsim.bag.scenes import attached
 from flexsim.bag_report.stress import LinkStrain
 from flexsim.report import look
 from flexsim.terminal.progress import Progress
 from flexsim_msgs.msg import FireCriteria, Thermocouples
+from flexsim_ros.published_scene import scene_text
 from made_bags import Topics, diagnostics, elastic_layout, elastic_state, joint_state, stamp
 from processes import flexsim
 from rclpy.serialization import serialize_message
@@ -73,7 +75,9 @@ def write(path: Path, topics: set[str] | None = None, *, shear: bool = False, sc
 
         if scene:
             text = SCENE.replace("SHEAR", str(shear).lower())
-            bag.attach("cantilever.yaml", "application/yaml", text.encode())
+            scene_of_it = load_scene(YAML(typ="safe", pure=True).load(text)).model_dump()
+            told = scene_text("flexsim_node", scene_of_it, {"rate": 1000.0}, overrides={})
+            bag.attach(attached("/flexsim_node"), "application/json", told.encode())
             bag.note(
                 "/flexsim_node", {"scene": '"cantilever.yaml"', "rate": "1000.0", "elastic_rate": "500.0"}
             )

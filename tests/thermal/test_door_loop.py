@@ -15,6 +15,7 @@ from thermal_node import load_scene
 from thermal_node.background_deformation import BackgroundDeformation
 from thermal_node.compiled import forget_stale_kernels
 from thermal_node.fire_test import FireTest
+from thermal_node.plausibility import NOT_FINITE, TOO_HIGH, TOO_LOW
 from thermal_node.realtime import Loop, Output
 from thermal_node.settings import SettingError, settings
 
@@ -94,12 +95,13 @@ def test_centuries() -> None:
 def test_it_waits_for_the_furnace_and_refuses_nonsense() -> None:
     loop, _ = looped(duration=30.0, wait_for_furnace=True)
     loop.start()
-    assert loop.measure(math.nan) == "not finite"
-    assert loop.measure(-1e3) == loop.measure(1e5) == "not a furnace's temperature"
+    refused = [loop.measure(value) for value in (math.nan, -1e3, 1e5)]
+    assert [one and one.reason for one in refused] == [NOT_FINITE, TOO_LOW, TOO_HIGH]
     until(lambda: loop.report.phase == "waiting")
     time.sleep(0.1)
     assert loop.test.time == 0.0
-    assert loop.measure(500.0) == ""
+    assert "waits for the first measured temperature" in loop.hindrance and not loop.trouble
+    assert loop.measure(500.0) is None
     until(lambda: loop.report.phase == "ended")
     loop.stop()
     assert loop.report.furnace == 500.0

@@ -123,6 +123,27 @@ def test_probes_and_infrared_read_the_field():
     assert image[40, 20] == pytest.approx(100.0 + 500.0 * 0.06, abs=0.5)
 
 
+def test_the_image_is_as_a_camera_sees_it():
+    """Row 0 is the top (+y) and column 0 the left (-x) of whoever stands before the unexposed face."""
+    scene = load_scene(door(mesh={"in_plane": [8, 12], "layers": [1, 2, 1], "symmetry": "none"},
+                            probes={"points": {"top_left": {"x": -0.45, "y": 0.9},
+                                               "low_right": {"x": 0.45, "y": -0.9}}}))  # fmt: skip
+    model = door_model(scene)
+    x, y, _ = model.nodes.T
+    field = 100.0 - 40.0 * x + 30.0 * y  # hot at the top left
+    image = InfraredView(model, 20).image(field)  # pixels of 5 cm
+    readings = dict(zip(probes_of(model).name, probes_of(model).read(field), strict=True))
+    assert image[0, 0] == image.max() and image[-1, -1] == image.min()
+    assert image[1, 0] == pytest.approx(100.0 + 40.0 * 0.475 + 30.0 * 0.925, abs=1e-3)
+    assert image[1:3, 0:2].mean() == pytest.approx(readings["top_left"], abs=1e-3)
+    assert image[-3:-1, -2:].mean() == pytest.approx(readings["low_right"], abs=1e-3)
+    assert image[0, -1] == pytest.approx(100.0 - 40.0 * 0.475 + 30.0 * 0.975, abs=1e-3)
+    # and the probes' names say the same sides
+    names = dict(zip(probes_of(model).name, probes_of(model).position, strict=True))
+    lefts = [place[0] for name, place in names.items() if name.endswith("_left")]
+    assert lefts and max(lefts) < 0.0
+
+
 def test_a_reading_stays_within_its_brick_however_coarse_the_mesh():
     model = door_model(
         load_scene(

@@ -1,0 +1,87 @@
+"""The envelope that effects were decided over, and whether a motion is still within it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+ROOM = 0.05  # of an envelope's width, beside it: what is left out moves a little, samples miss peaks
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Poses, speeds, torques and time that the decision's own runs went through.
+
+    Attributes
+    ----------
+    joints : (m,) names
+    low, high : (m,) rad or m; speed : (m,) rad/s or m/s; torque : (m,) N m or N, both by their size
+    duration : s
+    left_out : effects that may matter outside, the most important first
+    """
+
+    joints: tuple[str, ...]
+    low: np.ndarray
+    high: np.ndarray
+    speed: np.ndarray
+    torque: np.ndarray
+    duration: float
+    left_out: tuple[str, ...]
+
+    def beyond(self, time: float, position: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> str:
+        """What has left the envelope, with the figure and the effects that are missing then; else "".
+
+        time : s; position, speed, torque : (m,)
+        """
+        size = np.abs(torque)
+        if time > self.duration and time > self.duration * (1.0 + ROOM):
+            return self._said(f"{time:.4g} s is beyond the {self.duration:g} s")
+        for values, limit, what, unit in (
+            (size, self.torque, "torque", "N m or N"),
+            (np.abs(speed), self.speed, "speed", "rad/s or m/s"),
+        ):
+            if (values > limit).any():
+                k = int(np.argmax(values - limit))
+                return self._said(
+                    f"{self.joints[k]}'s {what} reaches {values[k]:.3g} {unit} at {time:.4g} s, beyond"
+                    f" the {limit[k]:.3g}"
+                )
+        if (position < self.low).any() or (position > self.high).any():
+            k = int(np.argmax(np.maximum(self.low - position, position - self.high)))
+            return self._said(
+                f"{self.joints[k]} is at {position[k]:.3g} rad or m at {time:.4g} s, outside"
+                f" the {self.low[k]:.3g} to {self.high[k]:.3g}"
+            )
+        return ""
+
+    def _said(self, what: str) -> str:
+        return (
+            f"auto: {what} that effects were decided over; left out are {', '.join(self.left_out)}:"
+            " switch them on, or decide with a motion like this one (torque, duration, auto.margin)"
+        )
+
+
+def hull(
+    joints: tuple[str, ...],
+    motions: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]],
+    duration: float,
+    left_out: tuple[str, ...],
+) -> Envelope:
+    """The envelope of motions: positions, speeds and torques, (K, m) each."""
+    several = list(motions)
+    low = np.min([q.min(axis=0) for q, _, _ in several], axis=0)
+    high = np.max([q.max(axis=0) for q, _, _ in several], axis=0)
+    speed = np.max([np.abs(v).max(axis=0) for _, v, _ in several], axis=0)
+    torque = np.max([np.abs(u).max(axis=0) for _, _, u in several], axis=0)
+    room = ROOM * (high - low) + 1e-9
+    return Envelope(
+        joints,
+        low - room,
+        high + room,
+        (1 + ROOM) * speed + 1e-9,
+        (1 + ROOM) * torque + 1e-9,
+        duration,
+        left_out,
+    )

@@ -1,0 +1,115 @@
+"""What the documented commands find in their folder."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+from pathlib import Path
+
+import numpy as np
+from listening import PATIENCE, node_words
+from processes import Background, command, ros_environment
+from robot_process import Robot
+
+ROOT = Path(__file__).parents[2]
+# A controller of one's own, as docs/controllers.md asks for it: two joints, held on the trajectory.
+CONTROLLER = """
+import rclpy
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory
+
+rclpy.init()
+node = rclpy.create_node("my_controller")
+commands = node.create_publisher(Float64MultiArray, "flexsim_node/commands", 10)
+way, states, answered = [], [], []
+
+def seconds(time):
+    return time.sec + 1e-9 * time.nanosec
+
+def heard(trajectory):
+    way.append(trajectory)
+    for state in states[-1:]:
+        answer(state)
+
+def answer(state):
+    states.append(state)
+    stamp = seconds(state.header.stamp)
+    if not way or stamp in answered[-1:]:
+        return
+    answered.append(stamp)
+    point = min(way[-1].points, key=lambda p: abs(seconds(p.time_from_start) - stamp))
+    errors = zip(point.positions, state.position, state.velocity)
+    commands.publish(Float64MultiArray(data=[20.0 * (w - q) - 2.0 * v for w, q, v in errors]))
+
+latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+node.create_subscription(JointTrajectory, "joint_trajectory", heard, latched)
+node.create_subscription(JointState, "joint_states", answer, 10)
+try:
+    rclpy.spin(node)
+except KeyboardInterrupt:
+    pass
+"""
+
+
+def recorded_robot(folder: Path) -> Path:
+    """Record half a second of a robot in real time, from its first state on; returns the bag."""
+    environment = ros_environment()
+    bag = folder / "run"
+    recorder = Background(command("record", "-o", bag, "--json"), environment, folder)
+    scene = ROOT / "config" / "anthropomorphic.yaml"
+    words = node_words("flexsim_node.node", scene, rate=200.0, wait_for_command=True)
+    process = Background(words, environment, folder)
+    arm = Robot(process, int(environment["ROS_DOMAIN_ID"]))
+    try:
+        recorder.wait_for("+ parameters and anthropomorphic.yaml of /flexsim_node", PATIENCE)
+        for topic in ("/joint_states", "/flexsim_node/elastic_state", "/flexsim_node/commands"):
+            recorder.wait_for(f"+ {topic}")
+        arm.connected()
+        arm.command([1.0, 2.0, 0.5])
+        arm.until(lambda: arm.time() > 0.5)
+    finally:
+        arm.close()
+        assert process.end(signal.SIGINT) == 0, process.errors.read_text()
+        assert recorder.end(signal.SIGINT) == 0, recorder.errors.read_text()
+    return bag
+
+
+def furnace_log(folder: Path) -> None:
+    """Write the thermocouples of an hour of a fire, of a door with other wool, with noise."""
+    from thermal_node import load_scene, simulate
+
+    door = load_scene(ROOT / "config" / "thesis_door.yaml", {
+        "solver.model": "column_rim", "deformation.model": "none", "materials.rock_wool.density": 140.0,
+    })  # fmt: skip
+    run = simulate(door, 3600.0, 120.0)
+    names = ["tc_1", "tc_6", "tc_9", "interior_third", "interior_two_thirds"]
+    noise = np.random.default_rng(5).normal(0.0, 0.5, (len(run.time), len(names)))
+    rows = np.column_stack([run.time, np.column_stack([run.probes[name] for name in names]) + noise])
+    for name in ("LOG.csv", "log.csv"):
+        np.savetxt(folder / name, rows, delimiter=",", comments="", header=",".join(["time", *names]))
+
+
+def prepare(needs: tuple[str, ...], folder: Path, bag: Path | None) -> None:
+    """Put what a command needs beside a copy of config/ into its folder."""
+    shutil.copytree(ROOT / "config", folder / "config")
+    for name in needs:
+        if name in ("run", "again"):
+            assert bag is not None
+            shutil.copytree(bag, folder / name)
+        elif name == "log":
+            furnace_log(folder)
+        elif name == "larger":
+            door = (ROOT / "config" / "thesis_door.yaml").read_text()
+            (folder / "larger.yaml").write_text(
+                door.replace("name: thesis_door", "name: larger_door").replace("width: 1.0", "width: 1.4")
+            )
+        elif name == "bench":
+            (folder / "my_controller.py").write_text(CONTROLLER)
+            robot = (ROOT / "config" / "planar_double_pendulum.yaml").read_text()
+            (folder / "robot.yaml").write_text(
+                robot.replace("gravity: [0.0, -9.81, 0.0]", "gravity: [0, 0, 0]")
+            )
+        else:
+            raise AssertionError(f"nobody knows how to make {name!r}")
