@@ -75,8 +75,8 @@ def simulate_door(
     """Burn a door without ROS, as fast as it goes.
 
     SCENE is a YAML file, such as config/thesis_door.yaml. A measured furnace is the topic
-    furnace/measured_temperature of a bag, or else furnace/temperature; or a CSV file with columns
-    time, s, and temperature, °C.
+    furnace/measured_temperature of a bag, or else furnace/temperature; or a laboratory's CSV file:
+    time, s, and one or several columns furnace..., °C, unless their names say other units.
 
     \b
     Example:
@@ -138,10 +138,10 @@ def fit_door(
 ) -> None:
     """Estimate a door's materials from the thermocouples of a fire test.
 
-    LOG.csv has a column time in s, columns named after the scene's probes (tc_1 ... tc_12), and
-    furnace if it was measured. Estimated are the insulation's conductivity above 300 °C, its
-    density and the rim's contact, each with its 95 % interval. SECONDS are those of the fire that
-    is predicted.
+    LOG.csv has a column time, s unless its name says another unit (time_min), columns named after the
+    scene's probes (tc_1 ... tc_12), and furnace if it was measured. Estimated are the insulation's
+    conductivity above 300 °C, its density and the rim's contact, each with its 95 % interval. SECONDS
+    are those of the fire that is predicted.
 
     \b
     Example:
@@ -158,6 +158,8 @@ def fit_door(
     loaded = load_scene(scene, overrides)
     larger = load_scene(predict) if predict else None
     readings = read_thermocouple_log(log)
+    for note in readings.notes:
+        click.echo(f"{log}: {note}", err=True)
     progress = Progress()
     begun = time.monotonic()
     result = fit(
@@ -298,8 +300,10 @@ def figures(run: Run, elapsed: float) -> dict[str, Any]:
                 "unit": c.unit,
                 "value": float(c.value),
                 "limit": float(c.limit),
+                "judged": c.watched,
                 "failed": c.failed,
                 "time_of_failure": c.time_of_failure,
+                "clause": c.clause,
             }
             for c in run.criteria
         ],
@@ -309,6 +313,7 @@ def figures(run: Run, elapsed: float) -> dict[str, Any]:
         "gap": None if run.gap is None or last < 0 else float(run.gap.max()),
         "largest_imbalance": run.balance.worst,
         "furnace_tolerance": run.furnace_tolerance.broken if run.furnace_tolerance else None,
+        "furnace_notes": list(getattr(run.model.furnace, "notes", ())),
     }
 
 
@@ -317,7 +322,9 @@ def print_figures(found: dict[str, Any]) -> None:
     rows: list[list[Any]] = []
     for c in found["criteria"]:
         factor, unit = (MILLIMETRES, "mm") if c["unit"] == "m" else (1.0, c["unit"])
-        when = f"{c['time_of_failure'] / MINUTE:.1f} min" if c["failed"] else "holds"
+        when = "holds" if c["judged"] else "not judged"
+        if c["failed"]:
+            when = f"{c['time_of_failure'] / MINUTE:.1f} min"
         value, limit = f"{factor * c['value']:.1f} {unit}", f"{factor * c['limit']:g} {unit}"
         rows.append([c["name"], value, limit, when])
     title = (
@@ -328,6 +335,8 @@ def print_figures(found: dict[str, Any]) -> None:
     if found["bow"] is not None:
         bow, gap = MILLIMETRES * found["bow"], MILLIMETRES * found["gap"]
         click.echo(f"bow {bow:.1f} mm towards the fire, largest gap at an edge {gap:.1f} mm")
+    for note in found["furnace_notes"]:
+        click.echo(f"furnace's log: {note}")
     click.echo(f"verdict: {found['verdict']}")
     for what in ("report", "saved"):
         if found[what]:

@@ -6,7 +6,7 @@ print(run.verdict)
 """
 
 from . import compiled  # noqa: F401  before any kernel is loaded
-from .criteria import Criteria, FurnaceTolerance
+from .criteria import Criteria
 from .furnace import Measured
 from .heat import Heat, HeatBalance, Saved
 from .model import DoorModel, door_model
@@ -14,6 +14,7 @@ from .probes import InfraredView, Probes, probes_of
 from .scene import Scene, SceneError, load_scene
 from .simulate import Run, simulate
 from .status import State, Status
+from .tolerance import FurnaceTolerance
 
 __all__ = [
     "Criteria",

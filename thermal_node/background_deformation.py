@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .conduction import Array
-from .deformation.leaf import Deflection, Deformation
+from .deformation.deflection import Deflection
+from .deformation.leaf import Deformation
 from .model import DoorModel
 
 

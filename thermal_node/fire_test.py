@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from .conduction import Array
-from .criteria import Criteria, FurnaceTolerance
-from .furnace import CURVES, Measured
+from .criteria import Criteria
+from .furnace import Measured
 from .heat import Heat, Saved
 from .mesh.whole import whole_leaf
 from .model import door_model
-from .probes import InfraredView, probes_of
+from .probes import InfraredView, Radiometer, probes_of
 from .scene import Scene
 from .status import State, Status
+from .tolerance import FurnaceTolerance
 
 KEPT = 1000
 """Measured values that are remembered; the march only asks for the latest."""
@@ -35,8 +36,8 @@ class FireTest:
         self.heat = Heat(self.model)
         self.probes = probes_of(self.model)
         self.infrared = InfraredView(self.model)
+        self._radiometer = Radiometer(self.model)
         self.whole = whole_leaf(self.model.mesh, scene.leaf.width, scene.leaf.height)
-        self._standard = CURVES.get(scene.furnace.curve)
         self.reset()
 
     def warm(self) -> None:
@@ -50,10 +51,14 @@ class FireTest:
         self.heat.furnace = self.model.furnace
         self.heat.reset()
         self.criteria = Criteria(self.scene.criteria, self.probes, self.model.initial)
-        self.tolerance = FurnaceTolerance()
         self._broken = Status()
         self._before: Saved | None = None
         self._look()
+
+    @property
+    def tolerance(self) -> FurnaceTolerance:
+        """How the furnace keeps to the curve of the foremost standard."""
+        return self.criteria.judgements[0].tolerance
 
     @property
     def time(self) -> float:
@@ -93,15 +98,16 @@ class FireTest:
         """March to `time`, s; where the march has to stop, the last good state stays."""
         if not self.status.ok:
             return self.status
+        seen: list[tuple[float, Array, float]] = []
         if self.measured is not None:
             self._before = self.heat.save()
-        self.heat.advance(time)
+        self.heat.advance(time, lambda: self._read(seen))
         if not np.isfinite(self.heat.temperature).all():
             self._broken = Status(
                 State.NOT_FINITE, f"stopped at {self.time:.3f} s: a temperature is not finite"
             )
-            return self.status
-        self._look()
+        if self.status.ok or self.measured is None:
+            self._judge(seen)  # a tick that may be undone, see go_on, is not judged
         return self.status
 
     def go_on(self) -> bool:
@@ -115,12 +121,23 @@ class FireTest:
         self.heat.restore(self._before)
         self.heat.steps, self.heat.rejected = steps, rejected
         self._broken = Status()
+        self._read([])
         return True
 
     def _look(self) -> None:
-        self.readings = self.probes.read(self.heat.temperature)
-        self.criteria.watch(self.time, self.readings)
-        if self._standard is not None:
-            each = getattr(self.heat.furnace, "thermocouples", None)
-            gas = np.array([self.furnace]) if each is None else each(self.time)
-            self.tolerance.watch(self.time, float(self._standard(self.time)), gas)
+        """Judge the state as it is now."""
+        seen: list[tuple[float, Array, float]] = []
+        self._read(seen)
+        self._judge(seen)
+
+    def _read(self, seen: list[tuple[float, Array, float]]) -> None:
+        """Note what the criteria judge: time, readings, radiation."""
+        temperature = self.heat.temperature
+        if np.isfinite(temperature).all():
+            self.readings = self.probes.read(temperature)
+            seen.append((self.time, self.readings, self._radiometer.read(temperature)))
+
+    def _judge(self, seen: list[tuple[float, Array, float]]) -> None:
+        for time, readings, radiated in seen:
+            self.criteria.watch(time, readings, radiated)
+            self.criteria.watch_furnace(time, self.heat.furnace)

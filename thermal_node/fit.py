@@ -12,7 +12,7 @@ for doors larger than the specimen.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,12 @@ UNCERTAIN = 0.5
 """Relative standard error from which on a parameter is called undetermined."""
 IGNORANCE = 3.0
 """Standard deviation of a parameter's logarithm before anything is measured."""
+WIDEST = 30.0
+"""How many times as large or as small as in the scene a parameter may come out."""
+OUTLIER = 3.0
+"""Times the median of all thermocouples' residuals from which on one is named."""
+LONGEST_LOG = 8 * 3600.0
+"""s; a log read in other units is not believed to be longer."""
 BETWEEN_ROWS = 2.0
 """s between the furnace temperatures that a log with longer rows is filled with."""
 FITTING_MESH = {"in_plane": [12, 16], "symmetry": "quarter"}
@@ -68,6 +74,7 @@ class Fit:
 
     parameters; correlation (p, p) of their estimates; scene : the given one with them in it
     rms, rms_before : K, of the residual with the fitted and the given parameters
+    each {name: K} : rms of each thermocouple's residual
     used : the thermocouples; evaluations : runs of the model; notes : what to know
     """
 
@@ -79,6 +86,7 @@ class Fit:
     used: tuple[str, ...]
     evaluations: int
     notes: tuple[str, ...]
+    each: dict[str, float] = field(default_factory=dict)
 
     def predict(
         self, overrides: dict[str, Any], duration: float = 3600.0, sample_period: float = 60.0
@@ -120,8 +128,10 @@ def fit(
     Raises
     ------
     SceneError
-        Where no column is a probe, or there is nothing to fit.
+        Where no column is a probe, nothing was measured, the log's units are others than s and °C, or there
+        is nothing to fit.
     """
+    _measured(log)
     name = material or max(scene.leaf.layers, key=lambda layer: layer.thickness).material
     part = scene.materials.get(name)
     if part is None or part.conductivity is None or part.density is None:
@@ -173,11 +183,16 @@ def fit(
     coarse = changed(base, {f"mesh.{k}": v for k, v in (mesh or FITTING_MESH).items()})
     residual = _Residual(base, log, overrides, progress)
     quick = _Residual(coarse, log, overrides, progress)
-    upper = np.array([1.0 if label == "rim contact" else np.inf for label, _ in labels])
     p0 = np.log(np.array(start))
+    rim_only = np.array([label == "rim contact" for label, _ in labels])
+    upper = np.exp(np.where(rim_only, 0.0, p0 + np.log(WIDEST)))
+    lower = p0 - np.log(WIDEST)
+    density_row = [label == f"{name} density" for label, _ in labels]
+    lower[density_row] = np.maximum(lower[density_row], np.log(LEAST_DENSITY))
+    _units_fit(quick, log, p0)
     before = residual(p0)
     settings: dict[str, Any] = {
-        "bounds": (-np.inf, np.log(upper) + 1e-9),
+        "bounds": (lower, np.log(upper) + 1e-9),
         "diff_step": 1e-3,
         "xtol": 1e-4,
         "ftol": 1e-5,
@@ -198,6 +213,19 @@ def fit(
         for p in parameters
         if not p.determined
     ]
+    for p, low, high in zip(parameters, np.exp(lower), upper, strict=True):
+        if not 1.001 * low < p.value < 0.999 * high and p.name != "rim contact":
+            notes.append(
+                f"{p.name} ran to the end of what it may be, {p.value:.3g} {p.unit}: not an estimate"
+            )
+    each = residual.each(solved.fun)
+    usual = float(np.median(list(each.values())))
+    notes += [
+        f"{tc} is {rms:.1f} K off, the others {usual:.1f} K: look at how it sits"
+        for tc, rms in each.items()
+        if len(each) > 2 and rms > OUTLIER * max(usual, 0.5)
+    ]
+    notes += log.notes
     if with_rim and values[-1] > 0.999:
         notes.append("rim contact is at its end, 1: a full channel")
     return Fit(
@@ -209,7 +237,47 @@ def fit(
         used=residual.used,
         evaluations=quick.runs + residual.runs,
         notes=tuple(notes),
+        each=each,
     )
+
+
+LEAST_DENSITY = 1.0
+"""kg/m3"""
+
+
+def _measured(log: ThermocoupleLog) -> None:
+    """Refuse a log in which nothing was measured."""
+    if len(log.time) < 2:
+        raise SceneError(f"log: has {len(log.time)} rows; give two or more")
+    empty = [name for name, values in log.readings.items() if not np.isfinite(values).any()]
+    if len(empty) == len(log.readings):
+        raise SceneError(
+            f"log: {', '.join(empty) or 'no column'} holds no finite reading: nothing was measured; give"
+            " degrees Celsius"
+        )
+
+
+def _units_fit(residual: _Residual, log: ThermocoupleLog, p0: Array) -> None:
+    """Refuse a log that the scene explains in other units only."""
+    plain = residual.as_if(p0, 1.0, 0.0, 1.0)
+    readings = {
+        "°F": (1.0, -32.0, 1.0 / 1.8),
+        "K": (1.0, -273.15, 1.0),
+        "minutes": (60.0, 0.0, 1.0),
+        "hours": (3600.0, 0.0, 1.0),
+        "minutes and °F": (60.0, -32.0, 1.0 / 1.8),
+    }
+    off = {
+        name: residual.as_if(p0, *how)
+        for name, how in readings.items()
+        if how[0] * log.time[-1] <= LONGEST_LOG and (how[0] == 1.0 or log.time[-1] <= 600.0)
+    }
+    best = min(off, key=lambda name: off[name])
+    if plain > 15.0 and off[best] < 0.4 * plain:
+        raise SceneError(
+            f"log: the scene explains it within {off[best]:.0f} K if it is read as {best}, and is"
+            f" {plain:.0f} K off as °C and s; give °C and s, or the unit in the column's name (time_min)"
+        )
 
 
 def _furnace(scene: Scene, time: Array, measured: Array) -> tuple[Array, Array]:
@@ -273,6 +341,30 @@ class _Residual:
         self._measured = np.array([log.readings[name] for name in self.used])
         self._good = np.isfinite(self._measured) & (log.time >= 0.0)
         self.rows = [int(row.sum()) for row in self._good]
+
+    def each(self, residual: Array) -> dict[str, float]:
+        """Rms of each thermocouple's residual, K."""
+        found, start = {}, 0
+        for name, count in zip(self.used, self.rows, strict=True):
+            if count:
+                found[name] = float(np.sqrt(np.mean(residual[start : start + count] ** 2)))
+            start += count
+        return found
+
+    def as_if(self, logarithms: Array, times: float, shift: float, factor: float) -> float:
+        """Rms of the residual, K, if the log's times and readings were these many s and °C."""
+        heat = Heat(door_model(changed(self._scene, self._overrides(np.exp(logarithms)))))
+        probes = probes_of(heat.model)
+        found = []
+        for time in self._log.time:
+            if time > 0.0 and not heat.advance(float(times * time)).ok:
+                break
+            found.append(probes.read(heat.temperature)[self._columns])
+        measured = factor * (self._measured[:, : len(found)] + shift)
+        good = self._good[:, : len(found)]
+        if not good.any():
+            return np.inf
+        return float(np.sqrt(np.mean((np.array(found).T - measured)[good] ** 2)))
 
     def __call__(self, logarithms: Array) -> Array:
         scene = changed(self._scene, self._overrides(np.exp(logarithms)))

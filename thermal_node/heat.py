@@ -9,6 +9,7 @@ state and a status that says why.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +20,7 @@ from .furnace import Furnace
 from .linear import conjugate_gradients, factor_lines, krylov
 from .method import METHODS, SDIRK2, Method
 from .model import DoorModel
+from .newton import newton_work
 from .stage import CONVERGED, NOT_FINITE, solve_stage
 from .status import State, Status
 
@@ -94,6 +96,7 @@ class Heat:
         self.count = np.zeros(2, dtype=np.int64)
         self._field = field_of(model.grid)
         self._krylov = krylov(n, self._plane, model.mesh.finite_elements)
+        self._newton = newton_work(model.grid)
         self._correction = np.zeros(n)
         self._trial = np.zeros(n)
         self._base = np.zeros(n)
@@ -156,8 +159,11 @@ class Heat:
         """Heat inflow (3,) through exposed, unexposed and lateral surface now, W."""
         return self._inflows[0] * self.model.mesh.parts
 
-    def advance(self, to_time: float) -> Status:
-        """March to `to_time`, s, exactly, or to where the march has to stop."""
+    def advance(self, to_time: float, each_step: Callable[[], None] | None = None) -> Status:
+        """March to `to_time`, s, exactly, or to where the march has to stop.
+
+        each_step : called after every step, for what must not wait until the end
+        """
         fixed = self.model.scene.solver.step
         if self._step <= 0.0:
             self._step = fixed or self._first_step()
@@ -191,6 +197,8 @@ class Heat:
                     self._step = min(grown, LONGEST_STEP)
             self.accept(step)
             halvings = 0
+            if each_step is not None:
+                each_step()
         return self.status
 
     def _first_step(self) -> float:
@@ -233,6 +241,7 @@ class Heat:
                 self.model.surface,
                 self._field,
                 self._krylov,
+                self._newton,
                 self._correction,
                 self.count,
                 MOST_ITERATIONS,

@@ -298,3 +298,17 @@ def conjugate_gradients(x: Array, nx: int, plane: int, k: Krylov, tolerance: flo
         for i in range(n):
             k.p[plane + i] = k.z[i] + beta * k.p[plane + i]
     return most
+
+
+@njit(cache=True, fastmath=FAST)
+def solve_lines(r: Array, z: Array, plane: int, k: Krylov) -> None:
+    """z = (the lines through the thickness, as factored)^-1 r."""
+    n = r.size
+    for i in range(plane):
+        z[i] = r[i]
+    for i in range(plane, n):
+        z[i] = r[i] + k.lower[i] * z[i - plane]
+    for i in range(n - plane, n):
+        z[i] *= k.pivot[i]
+    for i in range(n - plane - 1, -1, -1):
+        z[i] = z[i] * k.pivot[i] + k.lower[i + plane] * z[i + plane]

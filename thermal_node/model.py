@@ -13,6 +13,7 @@ from .mesh.door import door_mesh
 from .mesh.exchange import Exchange
 from .mesh.leaf import LeafMesh
 from .schema import MaterialPart, Property, Scene, SurfacePart
+from .standards import STANDARDS
 
 HELD = 1e9
 """W/(m2 K) of a surface that is held at its gas' temperature."""
@@ -81,7 +82,7 @@ def door_model(scene: Scene) -> DoorModel:
             scene.unexposed.gas == "furnace",
             scene.lateral.gas == "furnace",
         ),
-        furnace=furnace_of(scene.furnace, scene.source),
+        furnace=furnace_of(scene.furnace, scene.source, STANDARDS[scene.criteria.standards[0]].curve),
         ambient=scene.ambient,
         initial=scene.start,
     )

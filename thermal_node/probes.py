@@ -13,13 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .conduction import Array
+from .conduction import ABSOLUTE_ZERO, STEFAN_BOLTZMANN, Array
 from .mesh.whole import whole_leaf
 from .model import DoorModel
 from .schema import Scene
-
-EDGE_STRIP = 0.1
-"""m from the leaf's edge that the standards leave out of the maximum rise (EN 1634-1, FTP)."""
+from .standards import EDGE_STRIP, STANDARDS, en_points, leaf_points
 
 
 @dataclass(frozen=True)
@@ -28,8 +26,8 @@ class Probes:
 
     name (P,); position (P, 3), m; index, weight (P, 64)
     corner (P, 8) : the nodes of the brick that the point is in
-    judged (P,) : thermocouples on the unexposed face that count for the maximum rise
-    mean_of (5,) : those whose mean is judged, the leaf's centre and quarter centres
+    blind (P,) : whether the model knows nothing of the edge that the point is near
+    scene : whose they are
     """
 
     name: tuple[str, ...]
@@ -37,26 +35,14 @@ class Probes:
     index: NDArray[np.int64]
     weight: Array
     corner: NDArray[np.int64]
-    judged: NDArray[np.bool_]
-    mean_of: NDArray[np.int64]
+    blind: NDArray[np.bool_]
+    scene: Scene
 
     def read(self, temperature: Array) -> Array:
         """Readings (P,), °C, from node temperatures (N,)."""
         cubic = np.einsum("pj,pj->p", self.weight, temperature[self.index])
         brick = temperature[self.corner]
         return np.clip(cubic, brick.min(axis=1), brick.max(axis=1))
-
-
-def leaf_points(width: float, height: float) -> dict[str, tuple[float, float]]:
-    """Centre and quarter centres: FTP Code 2010 part 3, EN 1634-1 clause 9.1.2.2."""
-    x, y = 0.25 * width, 0.25 * height
-    return {
-        "ftp_centre": (0.0, 0.0),
-        "ftp_upper_left": (-x, y),
-        "ftp_upper_right": (x, y),
-        "ftp_lower_left": (-x, -y),
-        "ftp_lower_right": (x, -y),
-    }
 
 
 def standard_points(scene: Scene) -> dict[str, tuple[float, float, float]]:
@@ -84,14 +70,7 @@ def standard_points(scene: Scene) -> dict[str, tuple[float, float, float]]:
         for number, (x, y) in enumerate([*leaf.values(), *beside], start=1):
             points[f"tc_{number}"] = (x, y, t)
     if "en_1634" in scene.probes.sets:
-        for name, x, y in (
-            ("en_left_edge", -right + edge, 0.0),
-            ("en_right_edge", right - edge, 0.0),
-            ("en_top_edge", 0.0, top - edge),
-            ("en_top_left", -right + edge, top - edge),
-            ("en_top_right", right - edge, top - edge),
-        ):
-            points[name] = (x, y, t)
+        points |= {name: (x, y, t) for name, (x, y) in en_points(w, h).items()}
     if "interior" in scene.probes.sets:
         points |= {
             "exposed_centre": (0.0, 0.0, 0.0),
@@ -103,25 +82,32 @@ def standard_points(scene: Scene) -> dict[str, tuple[float, float, float]]:
 
 
 def probes_of(model: DoorModel) -> Probes:
-    """The scene's probes; the leaf points are always among them, for the criteria."""
+    """The scene's probes; the points that its standards judge are always among them."""
     scene = model.scene
     t = scene.leaf.thickness
     points = {name: (x, y, t) for name, (x, y) in leaf_points(*_size(scene)).items()}
     points |= standard_points(scene)
+    for standard in scene.criteria.standards:
+        for rise in STANDARDS[standard].rises:
+            for places in rise.of:
+                points |= {name: (x, y, t) for name, (x, y) in places(*_size(scene)).items()}
     for name, p in scene.probes.points.items():
         points[name] = (p.x, p.y, t if p.z is None else p.z)
     position = np.array(list(points.values()))
     index, weight = weights_at(model, position)
     inside = np.array([0.5 * s for s in _size(scene)]) - np.abs(position[:, :2])
-    strip = min(EDGE_STRIP, 0.2 * scene.leaf.width, 0.2 * scene.leaf.height)
+    edge = scene.leaf.rim is not None or bool(scene.lateral.film_coefficient or scene.lateral.emissivity)
+    near = (inside < EDGE_STRIP + 1e-9) & edge
+    dimension = scene.solver.dimension
+    unseen = {"column": near.any(axis=1), "column_rim": near[:, 1], "full": np.zeros(len(near), dtype=bool)}
     return Probes(
         name=tuple(points),
         position=position,
         index=index,
         weight=weight,
         corner=_corners(model, position),
-        judged=(inside.min(axis=1) > strip - 1e-9) & (position[:, 2] > t - 1e-9),
-        mean_of=np.arange(5),
+        blind=unseen[dimension],
+        scene=scene,
     )
 
 
@@ -190,6 +176,34 @@ def unexposed_mean(model: DoorModel, temperature: Array) -> float:
 def unexposed_maximum(model: DoorModel, temperature: Array) -> float:
     """Hottest node of the unexposed face, rim and all, °C."""
     return float(temperature[-model.mesh.unexposed_area.size :].max())
+
+
+class Radiometer:
+    """Radiation of the unexposed face at 1 m from its centre, W/m2: EN 13501-2 5.2.4, EN 1363-2.
+
+    The sum of emissivity sigma T^4 over the face, each part by its view factor d^2 / (pi r^4). A face whose
+    emissivity the scene leaves in its film coefficient is taken as black.
+    """
+
+    def __init__(self, model: DoorModel, distance: float = 1.0) -> None:
+        leaf = model.scene.leaf
+        whole = whole_leaf(model.mesh, leaf.width, leaf.height)
+        across, up = (((np.arange(200) + 0.5) / 200 - 0.5) * size for size in (leaf.width, leaf.height))
+        area = leaf.width * leaf.height / 200**2
+        r2 = across[None, :] ** 2 + up[:, None] ** 2 + distance**2
+        view = area * distance**2 / (np.pi * r2**2)
+        weight = _dense(whole.y, up).T @ view @ _dense(whole.x, across)
+        nz, ny, nx = len(whole.z), len(whole.y), len(whole.x)
+        source = whole.source.reshape(nz, ny, nx)[-1].ravel()
+        self._face = model.mesh.unexposed_area.size
+        first = model.nodes.shape[0] - self._face
+        emissivity = model.scene.unexposed.emissivity or 1.0
+        self._weight = emissivity * STEFAN_BOLTZMANN * np.bincount(source - first, weight.ravel(), self._face)
+
+    def read(self, temperature: Array) -> float:
+        """W/m2, from node temperatures (N,), °C."""
+        kelvin = temperature[-self._face :] - ABSOLUTE_ZERO
+        return float(self._weight @ kelvin**4)
 
 
 class InfraredView:

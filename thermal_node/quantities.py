@@ -42,8 +42,14 @@ def between(low: float, high: float, unit: str, advice: str = "", open_low: bool
     return AfterValidator(check)
 
 
+THINNEST = 1e-5
+"""m; a thinner layer settles within nanoseconds, and the march would follow it there."""
 Number = Annotated[float, BeforeValidator(number)]
-Thickness = Annotated[Number, between(0.0, 2.0, "m", "metres, not millimetres", open_low=True)]
+Thickness = Annotated[
+    Number,
+    between(0.0, 2.0, "m", "metres, not millimetres", open_low=True),
+    between(THINNEST, 2.0, "m", "add a thinner coating to its sheet"),
+]
 Size = Annotated[Number, between(0.0, 30.0, "m", "metres, not millimetres", open_low=True)]
 Position = Annotated[Number, between(-30.0, 30.0, "m", "metres, not millimetres")]
 Density = Annotated[Number, between(0.5, 3e4, "kg/m3", "steel has 7850 kg/m3, not 7.85 g/cm3")]

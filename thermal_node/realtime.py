@@ -419,7 +419,7 @@ class Loop:
         bent = None if self._deformation is None else self._deformation.take()
         if bent is not None:
             shape = bent.deflection
-            self.test.criteria.watch_deflection(bent.time, shape.gap, shape.largest)
+            self.test.criteria.watch_deflection(bent.time, shape)
             self._bent(bent)
 
     def _publish(self, *, everything: bool = False) -> None:

@@ -41,7 +41,9 @@ def criteria_table(run: Run) -> list[tuple[str, str, str, str]]:
     rows = []
     for c in run.criteria:
         factor, unit = (1e3, "mm") if c.unit == "m" else (1.0, c.unit)
-        when = "holds" if c.time_of_failure is None else f"{c.time_of_failure / 60.0:.1f} min"
+        when = "holds" if c.watched else "not judged"
+        if c.time_of_failure is not None:
+            when = f"{c.time_of_failure / 60.0:.1f} min"
         rows.append((c.name, f"{factor * c.value:.1f} {unit}", f"{factor * c.limit:g} {unit}", when))
     return rows
 
@@ -61,7 +63,9 @@ def facts(run: Run) -> list[tuple[str, str]]:
     tolerance = run.furnace_tolerance
     if tolerance is not None:
         said = tolerance.broken or f"kept; area off by {tolerance.deviation:.2f} %"
-        found.append(("furnace tolerance (EN 1363-1)", said))
+        found.append((f"furnace tolerance ({tolerance.rule.clause})", said))
+    found += [("furnace's log", note) for note in getattr(run.model.furnace, "notes", ())]
+    found += [(f"rule of {c.name}", c.clause) for c in run.criteria if c.clause]
     if run.bow is not None and run.gap is not None:
         found.append(("bow at the end", f"{1e3 * run.bow[-1]:.1f} mm towards the fire"))
         found.append(("largest gap at an edge", f"{1e3 * run.gap.max():.1f} mm"))
@@ -94,7 +98,8 @@ def _figures(run: Run) -> dict[str, Any]:
         if name.startswith(("tc_", "unexposed")) or name in scene.probes.points:
             wide = 2.5 if name.startswith("unexposed") else 1.0
             axes.plot(minutes, values, linewidth=wide, label=name.replace("_", " "))
-    for c, style in zip(run.criteria[:2], ("--", ":"), strict=False):
+    rises = [c for c in run.criteria if "temperature" in c.name]
+    for c, style in zip(rises[:2], ("--", ":"), strict=False):
         axes.axhline(run.model.initial + c.limit, color="firebrick", linestyle=style, label=c.name)
     axes.set(xlabel="time, min", ylabel="temperature, °C", title="Unexposed face")
     axes.legend(fontsize=7, ncols=2)

@@ -133,11 +133,10 @@ def _override(document: dict[str, Any], key: str, value: Any) -> None:
     place: Any = document
     for n, part in enumerate(parts):
         last = n == len(parts) - 1
+        above = ".".join(parts[:n])
         if isinstance(place, list):
             if not part.isdigit() or int(part) >= len(place):
-                raise SceneError(
-                    f"override {key}: no {part!r} in {'.'.join(parts[:n])}; give 0 to {len(place) - 1}"
-                )
+                raise SceneError(f"override {key}: no {part!r} in {above}; give 0 to {len(place) - 1}")
             if last:
                 place[int(part)] = value
             else:
@@ -146,9 +145,21 @@ def _override(document: dict[str, Any], key: str, value: Any) -> None:
             if last:
                 place[part] = value
             else:
-                if not isinstance(place.get(part), (dict, list)):
+                if place.get(part) is None:
                     place[part] = {}
+                elif part in PROPERTIES:
+                    place[part] = _as_table(place[part])
                 place = place[part]
+        else:
+            raise SceneError(f"override {key}: {above} is {place!r} and has no keys below it; give {above}")
+
+
+PROPERTIES = ("specific_heat", "conductivity", "youngs_modulus", "elongation")
+
+
+def _as_table(value: Any) -> Any:
+    """Keys of a property that was one number give a table in its place."""
+    return value if isinstance(value, (dict, list)) else {}
 
 
 def _line(document: Any, path: tuple[Any, ...]) -> int | None:

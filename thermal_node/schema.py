@@ -8,14 +8,10 @@ from __future__ import annotations
 import difflib
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, model_validator
 
+from .criteria_part import CriteriaPart, SealsPart
+from .part import Part
 from .quantities import (
     Ambient,
     Count,
@@ -34,14 +30,13 @@ from .quantities import (
     between,
     number,
 )
+from .size import too_large
+from .supports import mechanism
 
 Series = tuple[Number, ...]
-
-
-class Part(BaseModel):
-    """A section of a scene: nothing unknown in it, nothing changed after it is read."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
+Readings = tuple[Annotated[float | None, BeforeValidator(lambda v: None if v is None else number(v))], ...]
+RESERVED = ("ftp_", "en_", "en1_", "ul_", "astm_", "unexposed_")
+"""Beginnings of names that the standards' points, and what is read of the whole face, have."""
 
 
 def _property(value: Any) -> Any:
@@ -188,14 +183,27 @@ class FurnacePart(Part):
     """What heats the exposed face.
 
     curve : a standard's curve, `constant`, or `measured` (a CSV `file` with columns time and
-        temperature, or `time` in s and `temperature` in °C here)
+        temperature, or here `time` in s and `temperature` in °C, or `thermocouples`)
+    thermocouples : °C, one row each, null where it did not read; their mean heats the door, each is judged
     longest_gap : s between two measured values that is bridged straight; longer is refused
     burners : a lumped furnace that follows the curve, instead of the curve itself
     """
 
-    curve: Literal["iso_834", "hydrocarbon", "external", "constant", "measured"] = "iso_834"
+    curve: Literal[
+        "iso_834",
+        "hydrocarbon",
+        "external",
+        "astm_e119",
+        "ul_1709",
+        "modified_hydrocarbon",
+        "rws",
+        "slow_heating",
+        "constant",
+        "measured",
+    ] = "iso_834"
     temperature: Temperature | Series | None = None
     time: Series | None = None
+    thermocouples: Annotated[tuple[Readings, ...], Field(min_length=1)] | None = None
     file: str | None = None
     longest_gap: Positive = 60.0
     burners: Burners | None = None
@@ -208,9 +216,21 @@ class FurnacePart(Part):
         elif self.curve == "measured":
             if (self.file is None) == (self.time is None):
                 raise ValueError("has no measurement; give file, or time and temperature")
-        elif self.temperature is not None or self.time is not None or self.file is not None:
+            if self.thermocouples is not None:
+                self._rows(self.thermocouples)
+        elif any(v is not None for v in (self.temperature, self.time, self.file, self.thermocouples)):
             raise ValueError(f"has a {self.curve} curve and a temperature; give curve: constant or measured")
         return self
+
+    def _rows(self, thermocouples: tuple[Readings, ...]) -> None:
+        if self.time is None or self.temperature is not None:
+            raise Misplaced(("thermocouples",), "stand beside time, in place of temperature and of file")
+        for n, row in enumerate(thermocouples):
+            if len(row) != len(self.time):
+                raise Misplaced(
+                    ("thermocouples", n),
+                    f"has {len(row)} readings for {len(self.time)} times; give one a time, or null",
+                )
 
 
 class SurfacePart(Part):
@@ -291,22 +311,7 @@ class ProbesPart(Part):
         "en_1634",
         "interior",
     )
-    points: dict[str, Point] = {}
-
-
-class CriteriaPart(Part):
-    """What the door is judged by.
-
-    division : FTP Code division: A (rise at most 140 K mean, 180 K anywhere), B or F (140, 225)
-    minutes : time asked for; gap : m between leaf and frame; deflection : m
-    """
-
-    division: Literal["A", "B", "F"] = "A"
-    minutes: Positive | None = None
-    mean_rise: Positive | None = None
-    maximum_rise: Positive | None = None
-    gap: Positive | None = None
-    deflection: Positive | None = None
+    points: dict[str, Point] = Field(default_factory=dict)
 
 
 class DeformationPart(Part):
@@ -333,7 +338,7 @@ class Scene(Part):
     name: str = "door"
     source: str = ""
     leaf: Leaf
-    materials: dict[str, MaterialPart] = {}
+    materials: dict[str, MaterialPart] = Field(default_factory=dict)
     furnace: FurnacePart = FurnacePart()
     exposed: SurfacePart = SurfacePart()
     unexposed: SurfacePart = SurfacePart()
@@ -344,6 +349,7 @@ class Scene(Part):
     solver: SolverPart = SolverPart()
     probes: ProbesPart = ProbesPart()
     criteria: CriteriaPart = CriteriaPart()
+    seals: SealsPart = SealsPart()
     deformation: DeformationPart = DeformationPart()
 
     @property
@@ -356,6 +362,9 @@ class Scene(Part):
         self._materials_known()
         self._mesh_fits()
         self._tables_reach()
+        large = too_large(self)
+        if large is not None:
+            raise Misplaced(*large)
         return self
 
     def _materials_known(self) -> None:
@@ -403,8 +412,23 @@ class Scene(Part):
                         ("deformation", key),
                         f"has {y:g}, off the leaf; give at most {0.5 * self.leaf.height:g} m from its centre",
                     )
+        free = mechanism(self) if self.deformation.model != "none" else ""
+        if free:
+            raise Misplaced(("deformation",), free)
+        for i, name in enumerate(self.criteria.points):
+            point = self.probes.points.get(name)
+            if point is None or (point.z is not None and point.z < self.leaf.thickness - 1e-9):
+                raise Misplaced(
+                    ("criteria", "points", i),
+                    f"is {name!r}, no point of probes.points on the unexposed face; give one of them"
+                    f" ({', '.join(self.probes.points) or 'there is none'})",
+                )
         half = (0.5 * self.leaf.width, 0.5 * self.leaf.height, self.leaf.thickness)
         for name, point in self.probes.points.items():
+            if name.startswith(RESERVED):
+                raise Misplaced(
+                    ("probes", "points", name), "is named like a point of a standard; give another name"
+                )
             for key, limit in zip(("x", "y", "z"), half, strict=True):
                 value = getattr(point, key)
                 if value is not None and abs(value) > limit + 1e-9:

@@ -4,7 +4,8 @@ Newton's iteration with the symmetric conductance of `evaluate` in place of the 
 derivative. It must settle far below the heat that the stage exchanges, because that is what
 the heat balance of a step is made of. Where a step of the iteration would cross the specific
 heat peak of steel, the node is moved to where its heat, not its temperature, is what the step
-asked for: the iteration cannot jump over the peak and back.
+asked for: the iteration cannot jump over the peak and back. Where the iteration does not settle and the
+mesh is of finite elements, it begins anew with the exact derivative (newton.py).
 """
 
 from __future__ import annotations
@@ -16,12 +17,16 @@ from numpy.typing import NDArray
 from .compiled import FAST
 from .conduction import Field, Grid, Surface, Tables, evaluate, heat_at
 from .linear import Krylov, conjugate_gradients, factor_lines
+from .newton import NewtonWork, exact_step
 
 Array = NDArray[np.float64]
 
 CONVERGED, SLOW, NOT_FINITE = 0, 1, 2
 HEAT_TOLERANCE = 2e-7
 LINEAR_TOLERANCE = 0.02
+PATIENCE = 8
+"""Iterations after which a residual that does not fall sends finite elements to the exact derivative."""
+EXACT_TOLERANCE = 1e-3
 
 
 @njit(cache=True, fastmath=FAST)
@@ -35,13 +40,14 @@ def solve_stage(
     surface: Surface,
     field: Field,
     krylov: Krylov,
+    newton: NewtonWork,
     step: Array,
     count: NDArray[np.int64],
     most: int,
 ) -> int:
     """Solve in place for temperature (N,), °C; `field` is left evaluated there.
 
-    base : B (N,), J; g : s; gas (3,), °C; step (N,) : work
+    base : B (N,), J; g : s; gas (3,), °C; newton, step (N,) : work
     count (2,) : evaluations and linear iterations, added to
     """
     _count, _nz, ny, nx = grid.volume.shape
@@ -49,7 +55,10 @@ def solve_stage(
     n = temperature.size
     volume = grid.volume.reshape(grid.volume.shape[0], n)
     previous = np.inf
-    for _iteration in range(most):
+    can_be_exact, exact = newton.start.size > 0, False
+    if can_be_exact:
+        newton.start[:] = temperature
+    for iteration in range(most):
         evaluate(temperature, gas, tables, grid, surface, field)
         count[0] += 1
         residual, moved, rounding = 0.0, 0.0, 0.0
@@ -61,15 +70,26 @@ def solve_stage(
             # What rounding of a temperature does to its heat, and to a surface that holds it.
             kelvin = abs(temperature[i]) + 273.0
             rounding += 1e-14 * field.capacity[i] + 1e-15 * g * field.diagonal[i] * kelvin
-        if not residual < 1e300:
+        if not residual < 1e300 and (exact or not can_be_exact):
             return NOT_FINITE
         through = g * (field.surface_flow[3] + field.surface_flow[4] + field.surface_flow[5])
         scale = HEAT_TOLERANCE * max(through, 0.01 * moved) + rounding
         if residual <= scale or (residual > 0.5 * previous and residual <= 4.0 * scale):
             return CONVERGED
+        if (
+            can_be_exact
+            and not exact
+            and not (residual < 1e300 and (iteration < PATIENCE or residual <= 0.5 * previous))
+        ):
+            exact, previous = True, np.inf
+            temperature[:] = newton.start
+            continue
         previous = residual
-        factor_lines(field, g, nx, plane, krylov)
-        count[1] += conjugate_gradients(step, nx, plane, krylov, LINEAR_TOLERANCE, 500)
+        if exact:
+            count[1] += exact_step(step, g, grid, field, krylov, newton, EXACT_TOLERANCE, 200)
+        else:
+            factor_lines(field, g, nx, plane, krylov)
+            count[1] += conjugate_gradients(step, nx, plane, krylov, LINEAR_TOLERANCE, 500)
         for i in range(n):
             if abs(step[i]) > 0.5:
                 temperature[i] = _not_past(tables, volume, i, temperature[i], step[i])

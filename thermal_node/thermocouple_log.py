@@ -2,58 +2,53 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from .conduction import Array
-from .scene import SceneError
+from .log_file import plain_name, read_columns
 
-TIME = ("time", "time_s", "t", "t_s")
-FURNACE = ("furnace", "furnace_c", "gas", "furnace_mean")
+FURNACE = ("furnace", "gas", "oven", "ofen")
 
 
 @dataclass(frozen=True)
 class ThermocoupleLog:
-    """time (K,) : s; readings {name: (K,)} : °C, NaN where missing; furnace (K,) or None."""
+    """time (K,) : s; readings {name: (K,)} : °C, NaN where missing; furnace (K,) or None.
+
+    notes : what was converted when it was read
+    """
 
     time: Array
     readings: dict[str, Array]
     furnace: Array | None = None
+    notes: tuple[str, ...] = ()
 
 
 def read_thermocouple_log(path: str | Path) -> ThermocoupleLog:
-    """Read a CSV file with a header: `time` in s, then one column a thermocouple, °C.
+    """Read a laboratory's CSV file: a time, then one column a thermocouple; see log_file.
 
-    A column `furnace` is the furnace's gas. Cells that are empty or no number count as missing.
-    Raises SceneError with the file and the line.
+    Columns whose names begin with furnace, gas or oven are the furnace's: their mean is it. Cells that are
+    empty or no number count as missing. Raises SceneError with the file and the line.
     """
-    file_path = Path(path)
-    try:
-        with file_path.open(encoding="utf-8", newline="") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except OSError as problem:
-        raise SceneError(f"{path}: can't be read ({problem.strerror}); give a CSV file") from None
-    if len(rows) < 3:
-        raise SceneError(f"{path}: has {len(rows)} lines; give a header and two or more readings")
-    header = [cell.strip() for cell in rows[0]]
-    columns = {name: np.array([_number(row, i) for row in rows[1:]]) for i, name in enumerate(header)}
-    time_name = next((name for name in header if name.lower() in TIME), None)
-    if time_name is None:
-        raise SceneError(f"{path}:1: has columns {', '.join(header)}; give one called time, in s")
-    time = columns.pop(time_name)
-    wrong = np.flatnonzero(~np.isfinite(time) | (np.diff(time, prepend=-np.inf) <= 0.0))
-    if len(wrong):
-        raise SceneError(f"{path}:{wrong[0] + 2}: time is {time[wrong[0]]:g}; give times that increase")
-    furnace_name = next((name for name in columns if name.lower() in FURNACE), None)
-    furnace = columns.pop(furnace_name) if furnace_name else None
-    return ThermocoupleLog(time, columns, furnace)
+    columns = read_columns(path)
+    readings = {_bare(name): values for name, values in columns.readings.items()}
+    hot = [name for name in readings if name.lower().startswith(FURNACE)]
+    single = [name for name in hot if not any(w in name.lower() for w in ("mean", "average", "avg"))] or hot[
+        :1
+    ]
+    furnace = None
+    if single:
+        every = np.column_stack([readings[name] for name in single])
+        good = np.isfinite(every)
+        total = np.where(good, every, 0.0).sum(axis=1)
+        furnace = np.where(good.any(axis=1), total / np.maximum(good.sum(axis=1), 1), np.nan)
+    return ThermocoupleLog(
+        columns.time, {n: v for n, v in readings.items() if n not in hot}, furnace, columns.notes
+    )
 
 
-def _number(row: list[str], column: int) -> float:
-    try:
-        return float(row[column])
-    except (ValueError, IndexError):
-        return np.nan
+def _bare(name: str) -> str:
+    """The name without its unit, in the file's own letters."""
+    return name[: len(plain_name(name))].strip() if plain_name(name) != name.strip().lower() else name

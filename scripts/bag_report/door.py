@@ -107,6 +107,8 @@ def verdict(section: Section, figures: dict[str, Any], criteria: Series) -> None
 
 def scale(criterion: str) -> tuple[float, str]:
     """Return the factor and the unit in which a criterion is shown: rises in K, lengths in mm."""
+    if "radiation" in criterion:
+        return (1.0, "kW/m²")
     return (1.0, "K") if "temperature" in criterion else (MILLIMETRES, "mm")
 
 

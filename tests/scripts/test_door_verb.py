@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -31,13 +32,14 @@ def test_simulate(tmp_path: Path) -> None:
     for printed, criterion in zip(said["criteria"], run.criteria, strict=True):
         assert printed["name"] == criterion.name
         assert printed["value"] == pytest.approx(criterion.value)
-        assert printed["time_of_failure"] is None
+        assert printed["time_of_failure"] == criterion.time_of_failure
+        assert printed["judged"]
     assert run.bow is not None
     assert said["bow"] == pytest.approx(run.bow[-1])
     arrays = np.load(save)
     np.testing.assert_allclose(arrays["temperature"], run.temperature)
     assert arrays["deflection"].shape == (11, len(run.nodes), 3)
-    assert run.verdict in report.read_text()
+    assert escape(run.verdict) in report.read_text()
 
     table = flexsim(*words).stdout
     assert f"verdict: {run.verdict}" in table

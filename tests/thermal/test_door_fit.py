@@ -95,3 +95,30 @@ def test_logs_are_read_and_refused(tmp_path):
     scene = load_scene(door(mesh=MESH))
     with pytest.raises(SceneError, match="none of them a probe"):
         fit(scene, ThermocoupleLog(np.array([60.0, 120.0]), {"TC 1": np.array([20.0, 21.0])}))
+
+
+COLUMN = {"mesh": {"layers": [1, 5, 1]}, "solver": {"model": "column", "tolerance": 1.0}}
+
+
+@pytest.fixture(scope="module")
+def slipped():
+    """An hour of a column whose wool conducts worse than the scene says, and the scene."""
+    real = load_scene(door(**COLUMN), {"materials.rock_wool.conductivity.value": GUESS})
+    run = simulate(real, 3600.0, 300.0)
+    names = ("ftp_centre", "interior_third", "interior_two_thirds")
+    return load_scene(door(**COLUMN)), run.time[1:], {n: run.probes[n][1:] for n in names}
+
+
+@pytest.mark.parametrize(
+    ("times", "readings", "said"),
+    [
+        (1.0, lambda v: 1.8 * v + 32.0, "if it is read as °F"),
+        (1.0 / 60.0, lambda v: v, "if it is read as minutes"),
+        (1.0, lambda v: v + 273.15, "if it is read as K"),
+        (1.0, lambda v: v * np.nan, "nothing was measured"),
+    ],
+)
+def test_a_log_in_other_units_is_refused_for_what_is_wrong(slipped, times, readings, said):
+    scene, time, read = slipped
+    with pytest.raises(SceneError, match=said):
+        fit(scene, ThermocoupleLog(times * time, {n: readings(v) for n, v in read.items()}))

@@ -214,11 +214,13 @@ def test_cooling_after_the_fire():
 
 
 def test_verdict_in_words():
+    """The five leaf points hold an hour; 100 mm within the edges they do not, which is EN 1634-1's."""
     run = burn(mesh=COARSE, criteria={"division": "A", "minutes": 60}, period=60.0)
-    assert run.verdict.startswith("A-15 (EI 20): maximum temperature rise exceeded 180 K at")
-    assert run.verdict.endswith("A-60 as asked: failed")
+    classes, _, why = run.verdict.partition(": ")
+    assert classes.startswith("A-30 by insulation alone, I2 ")
+    assert "maximum temperature rise, EN 1634-1 exceeded 180 K at" in why
+    assert "A-60 as asked: failed" in why
     names = [c.name for c in run.criteria]
-    assert names == ["mean temperature rise", "maximum temperature rise"]
-    assert all(c.failed for c in run.criteria)
-    lenient = burn(mesh=COARSE, criteria={"division": "B", "minutes": 15}, duration=900.0)
-    assert "B-15 as asked: passed" in lenient.verdict
+    assert names[:2] == ["mean temperature rise", "maximum temperature rise"]
+    lenient = burn(mesh=COARSE, criteria={"division": "B", "minutes": 15}, duration=1800.0)
+    assert "B-15 as asked: insulation passed, integrity not judged" in lenient.verdict

@@ -6,7 +6,7 @@ deflection = deformation.solve(heat.temperature)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from ..model import DoorModel, material_of
 from ..probes import weights_at
 from ..scene import SceneError
 from ..schema import Scene
+from ..supports import mechanism, supports, symmetric
+from .deflection import Deflection
 from .shell import ShellLeaf
 from .solid import SolidLeaf
 
@@ -25,35 +27,8 @@ Array = NDArray[np.float64]
 
 FIRST_BRICK = 0.01
 """m; width of the structural brick beside the rim."""
-HINGE_HEIGHTS = (-0.4, 0.0, 0.4)
-"""Where hinges sit if the scene does not say: shares of the leaf's height from its centre."""
 THICK_BRICKS = {"solid": 3, "shell": 6}
 THIN = 3e-3
-
-
-@dataclass(frozen=True)
-class Deflection:
-    """A solved shape.
-
-    displacement (N, 3) : m, of the model's nodes
-    bow : m, how far the leaf's middle stands out of the plane through its corners, positive
-        towards the fire
-    edge_gap : m, the largest distance by which each edge has left the frame's plane
-    """
-
-    displacement: Array
-    bow: float
-    edge_gap: dict[str, float]
-
-    @property
-    def gap(self) -> float:
-        """The largest gap of any edge, m."""
-        return max(self.edge_gap.values())
-
-    @property
-    def largest(self) -> float:
-        """Largest displacement through the leaf's plane, m."""
-        return float(np.abs(self.displacement[:, 2]).max())
 
 
 class Deformation:
@@ -71,20 +46,23 @@ class Deformation:
         names = model.mesh.material_names
         materials = tuple(_stiff(name, scene) for name in names)
         half_y = 0.5 * scene.leaf.height
-        heights = scene.deformation.hinges or tuple(s * scene.leaf.height for s in HINGE_HEIGHTS)
-        lock = scene.deformation.lock
-        even = np.allclose(sorted(heights), sorted(-y for y in heights)) and lock in (0.0, None)
-        self.mirrored = "y" in model.mesh.mirror and even
+        self.mirrored = "y" in model.mesh.mirror and symmetric(scene)
         x, y, z = self._lines(scene)
         material, rim = _bricks(scene, names, x, y, z)
-        supports = _supports(scene, heights, lock, half=self.mirrored)
+        held = [((s.x, s.y, scene.leaf.thickness), s.axes) for s in supports(scene, half=self.mirrored)]
+        whole = np.union1d(y, -y) if self.mirrored else y
+        free = mechanism(scene, [replace(s, y=_nearest(whole, s.y)) for s in supports(scene)])
+        if free:
+            raise SceneError(
+                f"{scene.source}: deformation: on its mesh it {free}; give a finer deformation.in_plane"
+            )
         if self.kind == "solid":
-            self._solid = SolidLeaf(x, y, z, material, materials, supports)
+            self._solid = SolidLeaf(x, y, z, material, materials, held)
             if self.mirrored:
                 self._solid.mirror_in_y(0.0)
             self._field = weights_at(model, self._solid.nodes)
         else:
-            self._shell = ShellLeaf(x, y, z, material, materials, rim, supports)
+            self._shell = ShellLeaf(x, y, z, material, materials, rim, held)
             if self.mirrored:
                 self._shell.mirror_in_y(0.0)
             place = self._shell.gauss_points()
@@ -112,14 +90,19 @@ class Deformation:
         x, y, t = 0.5 * leaf.width, 0.5 * leaf.height, leaf.thickness
         key = np.array([[-x, -y, t], [x, -y, t], [-x, y, t], [x, y, t], [0.0, 0.0, t]])
         w = self.displacement_at(key)[:, 2]
-        gaps = {
-            name: float(np.abs(self.displacement_at(np.c_[points, np.full(len(points), t)])[:, 2]).max())
+        moved = {
+            name: self.displacement_at(np.c_[points, np.full(len(points), t)])[:, 2]
             for name, points in self._edges.items()
         }
         return Deflection(
             displacement=self.displacement_at(self.model.nodes),
             bow=float(w[:4].mean() - w[4]),
-            edge_gap=gaps,
+            edge_gap={name: float(np.abs(out).max()) for name, out in moved.items()},
+            edge_place={
+                name: points[:, 1 if name in ("left", "right") else 0] for name, points in self._edges.items()
+            },
+            edge_moved=moved,
+            latch="right" if self.model.scene.deformation.hinge_side == "left" else "left",
         )
 
     def displacement_at(self, position: Array) -> Array:
@@ -208,23 +191,8 @@ def _bricks(
     return material, rim
 
 
-def _supports(
-    scene: Scene, heights: tuple[float, ...], lock: float | None, half: bool
-) -> list[tuple[tuple[float, float, float], tuple[int, ...]]]:
-    x = 0.5 * scene.leaf.width * (-1.0 if scene.deformation.hinge_side == "left" else 1.0)
-    t = scene.leaf.thickness
-    order = sorted(heights, key=abs)
-    supports: list[tuple[tuple[float, float, float], tuple[int, ...]]] = []
-    for number, y in enumerate(order):
-        if half and y < -1e-12:
-            continue
-        # In the plane: the hinge nearest to the middle holds both ways, one more across, so
-        # that the leaf neither drifts nor turns and still stretches freely.
-        axes = (0, 1, 2) if number == 0 else ((0, 2) if number == 1 and not half else (2,))
-        supports.append(((x, y, t), axes))
-    if lock is not None:
-        supports.append(((-x, lock, t), (2,)))
-    return supports
+def _nearest(line: Array, at: float) -> float:
+    return float(line[np.argmin(np.abs(line - at))])
 
 
 def _on_grid(lines: tuple[Array, Array, Array], position: Array, value: Array) -> Array:
