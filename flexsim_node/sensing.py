@@ -335,15 +335,14 @@ def read_stress(chain, work, integers, reals, setting, whole, t, load, values):
 
 
 @kernel
-def with_damping(relative, chain, work, v, a):
-    """Accelerations whose inertia loads the links as accelerations a and Rayleigh's alpha at rates v do."""
+def add_damping(relative, chain, v, a, out):
+    """Write accelerations whose inertia loads the links as a (n,) and Rayleigh's alpha at rates v (n,) do."""
     if len(relative) == 0:
-        return a
-    out = work.vector[0]
+        out[:] = a
+        return
     elastic_rates(chain, v, out)
     for i in range(out.size):
         out[i] = a[i] + chain.setting[RELATIVE] * out[i]
-    return out
 
 
 @kernel
@@ -370,7 +369,8 @@ def sense(
     free_accelerations(chain.co_moving, chain, v, felt, rhs)
     accelerate(chain, work, v, rhs)
     read_motion(chain, work, integers, reals, axes, pose, t, values)
-    loaded = with_damping(chain.relative, chain, work, v, a)
+    loaded = work.vector[0]
+    add_damping(chain.relative, chain, v, a, loaded)
     if whole:
         residual(chain, work, x, v, loaded, torque, rhs)
     else:
