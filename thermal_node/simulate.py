@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import brentq
 
 from .conduction import Array
 from .criteria import Criteria
 from .criterion import Criterion
 from .deformation.deflection import Deflection
 from .furnace import Measured
-from .heat import Heat, HeatBalance
+from .heat import Heat, HeatBalance, Saved
 from .model import DoorModel, door_model
 from .probes import Radiometer, probes_of, unexposed_maximum, unexposed_mean
 from .scene import Scene, SceneError
@@ -97,16 +97,20 @@ def simulate(
 
     look()
     samples: list[tuple[Array, Array, float]] = []
+    bent = scene.deformation.model != "none" and not steady
+    saved: dict[float, Saved] = {}
     for time in times:
         if not (heat.status if steady else heat.advance(float(time), look)).ok:
             break
         samples.append(
             (heat.temperature.copy(), probes.read(heat.temperature), float(heat.furnace(float(time))))
         )
+        if bent and (not saved or time - max(saved) > scene.deformation.interval - 1e-6):
+            saved[float(time)] = heat.save()
         if progress is not None:
             progress(float(time))
     kept = len(samples)
-    shape = _deflections(model, times[:kept], samples, criteria)
+    shape = _deflections(model, times[:kept], samples, saved, criteria)
     temperature = np.array([s[0] for s in samples]).reshape(kept, len(heat.temperature))
     read = np.array([s[1] for s in samples]).reshape(kept, len(probes.name))
     named = {name: read[:, i] for i, name in enumerate(probes.name)}
@@ -187,6 +191,7 @@ def _deflections(
     model: DoorModel,
     times: Array,
     samples: list[tuple[Array, Array, float]],
+    saved: dict[float, Saved],
     criteria: Criteria,
 ) -> tuple[Array, Array, Array] | None:
     """Displacement (K, N, 3), bow (K,) and gap (K,), m, where the scene asks for them."""
@@ -196,14 +201,11 @@ def _deflections(
     from .deformation.leaf import Deformation
 
     deformation = Deformation(model)
-    solved = [0]
-    for k in range(1, len(times)):
-        last = k == len(times) - 1
-        if last or times[k] - times[solved[-1]] > part.interval - 1e-6:
-            solved.append(k)
+    last = len(times) - 1
+    solved = [k for k, time in enumerate(times) if k == last or float(time) in saved]
     shapes = {float(times[k]): deformation.solve(samples[k][0]) for k in solved}
-    if model.scene.solver.model != "steady":
-        shapes |= _openings(model, deformation, times, shapes, criteria)
+    if saved:
+        shapes = _openings(model, deformation, saved, shapes, criteria)
     at = np.array(sorted(shapes))
     each = [shapes[t] for t in at]
     for t, shape in zip(at, each, strict=True):
@@ -223,41 +225,32 @@ def _deflections(
 def _openings(
     model: DoorModel,
     deformation: Deformation,
-    times: Array,
+    saved: dict[float, Saved],
     shapes: dict[float, Deflection],
     criteria: Criteria,
 ) -> dict[float, Deflection]:
     """Shapes around the moments at which gaps and deflections pass their limits.
 
-    Found by marching anew to times between the samples, so that they do not depend on where those lie.
+    Found by marching on from the states that were saved, so that they do not depend on where samples lie.
     """
-    found: dict[float, Deflection] = {}
-    at = sorted(shapes)
-    opened: set[int] = set()
-    for begin, end in pairwise(at):
-        low, high = criteria.excess(begin, shapes[begin]), criteria.excess(end, shapes[end])
-        for k in np.flatnonzero((low <= 0.0) & (high > 0.0)):
-            if int(k) in opened:
-                continue
-            opened.add(int(k))
-            a, b, fa, fb = begin, end, float(low[k]), float(high[k])
-            for n in range(REFINED):
-                if b - a < CLOSE:
-                    break
-                # False position, and a bisection each other time: the gap opens ever more slowly.
-                time = a + (b - a) * (-fa / (fb - fa) if n % 2 == 0 else 0.5)
-                time = min(max(time, a + 0.02 * (b - a)), b - 0.02 * (b - a))
-                if time not in found:
-                    found[time] = deformation.solve(_temperature_at(model, times, time))
-                f = float(criteria.excess(time, found[time])[k])
-                a, fa, b, fb = (time, f, b, fb) if f <= 0.0 else (a, fa, time, f)
-    return found
-
-
-def _temperature_at(model: DoorModel, times: Array, time: float) -> Array:
-    """Node temperatures (N,), °C, at a time between the samples, marched as the run was."""
     heat = Heat(model)
-    for sample in times[times < time]:
-        heat.advance(float(sample))
-    heat.advance(time)
-    return heat.temperature
+    found, states = dict(shapes), dict(saved)
+
+    def excess(time: float) -> Array:
+        if time not in found:
+            heat.restore(states[max(t for t in states if t < time)])
+            heat.advance(time)
+            states[time] = heat.save()
+            found[time] = deformation.solve(heat.temperature)
+        return criteria.excess(time, found[time])
+
+    for k in range(len(criteria.excess(min(shapes), shapes[min(shapes)]))):
+        at = sorted(found)
+        over = [float(excess(t)[k]) > 0.0 for t in at]
+        first = next((i for i in range(1, len(at)) if over[i] and not over[i - 1]), None)
+        if first is not None and at[first] - at[first - 1] > CLOSE:
+            brentq(
+                lambda time, k=k: float(excess(float(time))[k]),
+                at[first - 1], at[first], xtol=CLOSE, maxiter=REFINED, disp=False,
+            )  # fmt: skip
+    return found
