@@ -16,6 +16,8 @@ from .kinematics import place
 from .model import Model
 
 STEP = 1e-4  # m and rad, of the differences: what is left out is of its fourth power
+RATE_STEP = 0.1  # m/s and rad/s: rates count by their squares, so that any step is exact but for rounding
+FRICTION_STEP = 0.01  # of coulomb_speed, where friction is smooth
 
 
 def differences(
@@ -100,5 +102,5 @@ def damping_matrix(model: Model, x: np.ndarray, v: np.ndarray | None = None) -> 
         return -rhs
 
     speeds = joint[joint[:, COULOMB_SPEED] > 0.0, COULOMB_SPEED]
-    about = zero if v is None else v
-    return differences(moving, about, np.eye(x.size), STEP * min(1.0, speeds.min(initial=1.0)))
+    step = min(RATE_STEP, FRICTION_STEP * speeds.min(initial=np.inf))
+    return differences(moving, zero if v is None else v, np.eye(x.size), step)
