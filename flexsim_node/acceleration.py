@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .chain import COORDINATES, FIXED, KIND, MOTOR, Q
-from .closure import keep_closed
+from .closure import keep_closed, linearise_loops
 from .dynamics import imbalance
 from .factorization import factorize, set_scale, solve
 from .friction import rub_by_rate, rub_smoothly, stick
@@ -72,8 +72,9 @@ def acceleration_sliding(chain, work, x, v, torque, out):
         set_scale(chain, work, 0.0, 0.0, 0.0)
     if factorize(chain, work) != 0:
         return SINGULAR
+    linearise_loops(chain.loops, chain, work, v)
     solve(chain, work, rhs, out)
-    keep_closed(chain.loops, chain, work, v, out, 1.0)
+    keep_closed(chain.loops, chain, work, out, 1.0)
     if not stick(chain.coulomb, chain, work, out):
         return NOT_CONVERGED
     for i in range(out.size):

@@ -15,8 +15,9 @@ Structural Analysis, 1968, section 5.6); s = 0 is Euler-Bernoulli.
 
 With the `centrifugal` effect the axial strain of an element carries the mean of the squared slope,
 (u2 - u1)/length + mean(w'^2)/2 (von Karman's strain, averaged so that it does not lock): the
-geometric stiffness of whatever axial force is there, derived from an energy.  Inside an element the
-squared slope is not uniform: that moves its mass along the beam by
+geometric stiffness of whatever axial force is there, derived from an energy.  Where it twists, fibres
+beside the axis are helices: (I_p/A) (x2 - x1)^2/(2 length^2) on average (second_order.md, T2).  Inside an
+element the squared slope is not uniform: that moves its mass along the beam by
 s = length (phi2^2 - phi1^2)/24 on average (phi the sections' rotations at its start and end), which the
 inertia terms carry.  So an axial force that varies along the element stiffens it as it should.
 """
@@ -30,11 +31,12 @@ from .kernel import kernel
 # columns of Chain.element
 START, LENGTH, MASS, INERTIA_Y, INERTIA_Z, POLAR = 0, 1, 2, 3, 4, 5
 AXIAL, TORSION, BEND_Y, BEND_Z, SHEAR_Y, SHEAR_Z, STIFFENING, TURNING = 6, 7, 8, 9, 10, 11, 12, 13
+HELIX = 14
 # (BEND_Z, SHEAR_Z bend in the x-y plane, about z; BEND_Y, SHEAR_Y in the x-z plane, about y.
 #  INERTIA_Y, INERTIA_Z are density times the integrals of y^2 and of z^2 over the section.)
 # STIFFENING: 1 where the squared slope stretches the element; TURNING: 1 where its strains and sections turn
-# to second order too (spatial_strain.py, section_turn.py).
-COLUMNS = 14
+# to second order too (spatial_strain.py, section_turn.py). HELIX: I_p/A, m2, where twist stretches it.
+COLUMNS = 15
 
 HERMITE_MASS = (
     np.array(
@@ -113,6 +115,13 @@ def squared_slope(w1, t1, w2, t2, length, s):
 
 
 @kernel
+def squared_helix(e, x1, x2):
+    """(I_p/A) times the squared twist per length, of the ends' twists, and its halved gradient by x2."""
+    gradient = e[HELIX] * (x2 - x1) / (e[LENGTH] * e[LENGTH])
+    return gradient * (x2 - x1), gradient
+
+
+@kernel
 def shift(e, t1, t2):
     """How far the squared slope of end rotations t1, t2 moves an element's mass along the beam."""
     return e[LENGTH] * (t2 * t2 - t1 * t1) / 24.0
@@ -133,11 +142,12 @@ def bending_force(stiffness, w1, t1, w2, t2, length, s):
 
 @kernel
 def stiffening_energy(e, p, r):
-    """What the mean squared slope adds to the strain energy; p, r are spatial rows (6,)."""
+    """What the mean squared slopes add to the strain energy; p, r are spatial rows (6,)."""
     length = e[LENGTH]
     my, _, _, _, _ = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
     mz, _, _, _, _ = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
-    shortening = 0.5 * length * (my + mz)
+    mx, _ = squared_helix(e, p[3], r[3])
+    shortening = 0.5 * length * (mx + my + mz)
     return e[AXIAL] * shortening * (r[0] - p[0] + 0.5 * shortening)
 
 

@@ -66,7 +66,7 @@ class Chain(NamedTuple):
     link: np.ndarray  # (L, 10) int64
     joint: np.ndarray  # (L, 17)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation
-    element: np.ndarray  # (E, 14), columns of beam.py
+    element: np.ndarray  # (E, 15), columns of beam.py
     mass: np.ndarray  # (E, 2B, 2B), nodes ordered (end, start); co-moving (E, B, B) over an element's own
     stiffness: np.ndarray  # likewise
     unknown: np.ndarray  # (N, B) int64: the unknown of a nodal dof, or -1 where it depends on others
@@ -178,7 +178,7 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         load=zeros((links, 2 * b)),
         answer=zeros((links, 2 * b)),
         front=zeros((3 * b, 3 * b)),
-        vector=zeros((11, unknowns)),
+        vector=zeros((16, unknowns)),
         drive=zeros((4, joints)),
         memory=zeros(unknowns),
         arrival=zeros(unknowns),

@@ -352,20 +352,25 @@ def resolve(w, n):
 
 
 @kernel
-def keep_closed(loops, chain, work, v, da, damped):
+def linearise_loops(loops, chain, work, v):
+    """`linearise` where there are loops, before what `keep_closed` is given is solved for."""
+    if len(loops) > 0:
+        linearise(chain, work, v)
+
+
+@kernel
+def keep_closed(loops, chain, work, da, damped):
     """Take from da, the free answer M^-1 f of the factorised tree at rates v, what would open the loops.
 
     `damped` scales the elastic part, as in the integrators.
     """
-    if len(loops) == 0:
-        return
-    linearise(chain, work, v)
-    constrain(chain, work, da, damped)
+    if len(loops) > 0:
+        constrain(chain, work, da, damped)
 
 
 @kernel
 def constrain(chain, work, da, damped):
-    """`keep_closed` with G and the second derivatives of `linearise`."""
+    """`keep_closed` where there are loops, with G and the second derivatives of `linearise`."""
     w, n, m = work.closure, work.memory.size, int(chain.setting[COORDINATES])
     for i in range(m, n):
         da[i] *= damped

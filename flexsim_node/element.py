@@ -10,6 +10,7 @@ from .beam import (
     BEND_Y,
     BEND_Z,
     COLUMNS,
+    HELIX,
     HERMITE_MASS,
     INERTIA_Y,
     INERTIA_Z,
@@ -60,7 +61,9 @@ def element_row(scene: Scene, link: Link, n: int, length: float, flexible: bool)
         phi_z = 12.0 * beam.youngs_modulus * s.iz / (shear_modulus * s.shear_area_y * length**2)
         phi_y = 12.0 * beam.youngs_modulus * s.iy / (shear_modulus * s.shear_area_z * length**2)
         row[SHEAR_Z], row[SHEAR_Y] = phi_z / (1.0 + phi_z), phi_y / (1.0 + phi_y)
-    row[STIFFENING] = 1.0 if stiffening(scene) else 0.0
+    if stiffening(scene):
+        row[STIFFENING] = 1.0
+        row[HELIX] = (s.iy + s.iz) / s.area
     return row
 
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from .acceleration import NOT_CONVERGED, OK, SINGULAR
 from .chain import ALPHA, BETA, COORDINATES, Workspace
-from .closure import keep_closed
+from .closure import keep_closed, linearise_loops
 from .dynamics import residual
 from .factorization import factorize, set_scale, solve
 from .friction import stick
@@ -48,8 +48,9 @@ def end_acceleration(chain, work, x, v, torque, g, a):
     residual(chain, work, x, v, a, torque, rhs)
     if factorize(chain, work) != 0:
         return SINGULAR
+    linearise_loops(chain.loops, chain, work, v)
     solve(chain, work, rhs, da)
-    keep_closed(chain.loops, chain, work, v, da, damped)
+    keep_closed(chain.loops, chain, work, da, damped)
     for i in range(a.size):
         da[i] = a[i] + (da[i] if i < m else damped * da[i])
     if not stick(chain.coulomb, chain, work, da):

@@ -30,11 +30,11 @@ from .chain import (
     MOTOR,
     PARENT,
     PHI,
-    RELATIVE,
     SPIN,
     Q,
 )
 from .co_moving import elimination, substitution
+from .damping import oppose
 from .interface import hand_load, hand_over, hand_over_planar, take_answer
 from .joint_elimination import eliminate_joint, free, joint_vectors
 from .kernel import kernel
@@ -45,10 +45,13 @@ from .reduced import space_coupling as spatial_reduced_coupling
 from .reduced.layout import MODES, TENSION, TENSIONS
 from .spatial_strain import iteration_turning
 
+GRADIENTS = 200  # conjugate gradients at most
+RESIDUAL = 1e-24  # of the squared norm at the start, that is left
+
 
 @kernel
 def set_scale(chain, work, stiffness, damping, spring):
-    """Choose the matrix: M + stiffness * K + damping * (joints' losses) + spring * (joints' springs)."""
+    """Choose the matrix: M + stiffness * K + damping * (losses) + spring * (joints' springs)."""
     work.scale[0], work.scale[1], work.scale[2] = stiffness, damping, spring
     w = work.iteration
     for e in range(w.shape[0]):
@@ -57,20 +60,7 @@ def set_scale(chain, work, stiffness, damping, spring):
         for i in range(w.shape[1]):
             for k in range(w.shape[1]):
                 w[e, i, k] = chain.mass[e, i, k] + constant * chain.stiffness[e, i, k]
-    add_elastic_damping(chain.relative, chain, work, damping)
     set_modal_scale(chain.reduction, chain, work, stiffness)
-
-
-@kernel
-def add_elastic_damping(relative, chain, work, scale):
-    """Add scale times what Rayleigh's alpha has on the elements' nodes: most of damping.py's matrix."""
-    if len(relative) == 0:
-        return
-    w, factor = work.iteration, scale * chain.setting[RELATIVE]
-    for e in range(w.shape[0]):
-        for i in range(w.shape[1]):
-            for k in range(w.shape[1]):
-                w[e, i, k] += factor * chain.mass[e, i, k]
 
 
 @kernel
@@ -359,8 +349,51 @@ def factorize_erls(chain, work):
 
 @kernel
 def solve(chain, work, rhs, out):
-    """Solve for out (n,) with the factors at hand; rhs (n,) is kept.  Held joints get zero."""
+    """Solve for out (n,) with the factors at hand; rhs (n,) is kept.  Held joints get zero.
+
+    With Rayleigh's alpha the nodes' velocities are spoiled: what looks at them comes before.
+    """
     solve_as(chain.co_moving, chain, work, rhs, out)
+    solve_damped(chain.relative, chain, work, rhs, out)
+
+
+@kernel
+def solve_damped(relative, chain, work, rhs, out):
+    """Let out (n,) be the answer with Rayleigh's alpha, from that without.
+
+    Its matrix, alpha P^T M P (damping.py), couples every elastic unknown with every other, and the
+    factors are those of the rest.  They are the preconditioner of conjugate gradients, which converge at
+    once where a step is short against 1/alpha: the eigenvalues lie between 1 and 1 + damping alpha.
+    """
+    if len(relative) == 0 or work.scale[1] == 0.0:
+        return
+    r, z, p, rest, whole = work.vector[11], work.vector[12], work.vector[13], work.vector[14], work.vector[15]
+    n, factor, energy, begun = out.size, work.scale[1], 0.0, 0.0
+    for i in range(n):
+        r[i], z[i], p[i], rest[i], out[i] = rhs[i], out[i], 0.0, 0.0, 0.0
+    for k in range(GRADIENTS):
+        last, energy = energy, 0.0
+        for i in range(n):
+            energy += r[i] * z[i]
+        if k == 0:
+            begun = energy
+        if not energy > RESIDUAL * begun:
+            return
+        share = 0.0 if k == 0 else energy / last
+        for i in range(n):
+            p[i] = z[i] + share * p[i]
+            rest[i] = r[i] + share * rest[i]  # the matrix without alpha, times p
+            whole[i] = 0.0
+        oppose(relative, chain, work, p, whole)
+        curvature = 0.0
+        for i in range(n):
+            whole[i] = rest[i] + factor * whole[i]
+            curvature += p[i] * whole[i]
+        length = energy / curvature
+        for i in range(n):
+            out[i] += length * p[i]
+            r[i] -= length * whole[i]
+        solve_as(chain.co_moving, chain, work, r, z)
 
 
 @kernel

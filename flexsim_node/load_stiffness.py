@@ -16,7 +16,7 @@ import numpy as np
 from .aligned import aligned
 from .by_reference import by_reference
 from .chain import FIXED, KIND, ROTOR, Chain, workspace
-from .closure import keep_closed, project
+from .closure import keep_closed, linearise_loops, project
 from .dynamics import residual, stiffness_times
 from .element import stiffening
 from .factorization import factorize, set_scale, solve
@@ -78,7 +78,8 @@ class LoadStiffness:
             return 0.0
         if self.model.scene.loops:
             residual(self.held, self.steady, x, np.zeros(n), np.zeros(n), torque, behind)
-            keep_closed(self.held.loops, self.held, self.steady, np.zeros(n), behind, 1.0)
+            linearise_loops(self.held.loops, self.held, self.steady, np.zeros(n))
+            keep_closed(self.held.loops, self.held, self.steady, behind, 1.0)
         if self.fresh:
             for _ in range(SMOOTHING):
                 self.take(self.vector)

@@ -91,7 +91,7 @@ def in_link_axes(axes, vector, out):
 
 @kernel
 def beam_element(reduction, chain, n, m, e):
-    """Write the row of element m (of a reduced link, by its number within link n) into e (14,)."""
+    """Write the row of element m (of a reduced link, by its number within link n) into e (15,)."""
     if len(reduction) == 0:
         for k in range(COLUMNS):
             e[k] = chain.element[m, k]
@@ -175,7 +175,7 @@ def station_pose(co, chain, work, n, i, link_pose, out):
 
 @kernel
 def station_section(chain, work, integers, reals, s, frame, e, t):
-    """Sensor s: motion (9,) of its frame, its element e (14,), nodal rows and what follows from them into t.
+    """Sensor s: motion (9,) of its frame, its element e (15,), nodal rows and what follows from them into t.
 
     t (30, 6): rows 10 to 15 of the nodes (displacement, rate, acceleration), 16 to 18 of the section, 19 its
     place.

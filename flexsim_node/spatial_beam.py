@@ -28,6 +28,7 @@ from .beam import (
     middle_rotation,
     quadratic_mass,
     shift,
+    squared_helix,
     squared_slope,
 )
 from .kernel import kernel
@@ -283,7 +284,8 @@ def axial_force(e, d, i):
     if e[STIFFENING] > 0.0:
         my, _, _, _, _ = squared_slope(p[1], p[5], r[1], r[5], e[LENGTH], e[SHEAR_Z])
         mz, _, _, _, _ = squared_slope(p[2], -p[4], r[2], -r[4], e[LENGTH], e[SHEAR_Y])
-        tension += 0.5 * e[AXIAL] * e[LENGTH] * (my + mz)
+        mx, _ = squared_helix(e, p[3], r[3])
+        tension += 0.5 * e[AXIAL] * e[LENGTH] * (mx + my + mz)
     return tension
 
 
@@ -301,8 +303,9 @@ def elastic_force(e, d, i, force):
         length = e[LENGTH]
         my, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
         mz, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
-        tension += 0.5 * e[AXIAL] * length * (my + mz)
-        add_pull(tension * length, a0, a1, a2, a3, b0, b1, b2, b3, fp, fr)
+        mx, c = squared_helix(e, p[3], r[3])
+        tension += 0.5 * e[AXIAL] * length * (mx + my + mz)
+        add_pull(tension * length, a0, a1, a2, a3, b0, b1, b2, b3, c, fp, fr)
     fp[0] -= tension
     fr[0] += tension
 
@@ -326,14 +329,16 @@ def linear_force(e, p, r, scale, fp, fr):
 
 
 @kernel
-def add_pull(pull, a0, a1, a2, a3, b0, b1, b2, b3, fp, fr):
-    """Add what a tension does on the squared slope, by half its gradients a in y and b in z."""
+def add_pull(pull, a0, a1, a2, a3, b0, b1, b2, b3, c, fp, fr):
+    """Add what a tension does on the squared slopes, by half their gradients: a in y, b in z, c in twist."""
     fp[1] += pull * a0
     fp[2] += pull * b0
+    fp[3] -= pull * c
     fp[4] -= pull * b1
     fp[5] += pull * a1
     fr[1] += pull * a2
     fr[2] += pull * b2
+    fr[3] += pull * c
     fr[4] -= pull * b3
     fr[5] += pull * a3
 
@@ -357,8 +362,10 @@ def stiffness_product(e, d, y, i, scale, force):
         _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
         rate = a0 * yp[1] + a1 * yp[5] + a2 * yr[1] + a3 * yr[5]
         rate += b0 * yp[2] - b1 * yp[4] + b2 * yr[2] - b3 * yr[4]
+        _, c = squared_helix(e, p[3], r[3])
+        rate += c * (yr[3] - yp[3])
         tension += e[AXIAL] * length * rate
-        add_pull(scale * tension * length, a0, a1, a2, a3, b0, b1, b2, b3, fp, fr)
+        add_pull(scale * tension * length, a0, a1, a2, a3, b0, b1, b2, b3, c, fp, fr)
     fp[0] -= scale * tension
     fr[0] += scale * tension
 
@@ -516,8 +523,8 @@ def iteration_stiffness(e, d, i, scale, b, w):
     length = e[LENGTH]
     _, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
     _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
-    b[0], b[6] = 1.0, -1.0
-    b[3] = b[9] = 0.0
+    _, c = squared_helix(e, p[3], r[3])
+    b[0], b[6], b[3], b[9] = 1.0, -1.0, length * c, -length * c
     b[7], b[11], b[1], b[5] = length * a0, length * a1, length * a2, length * a3
     b[8], b[10], b[2], b[4] = length * b0, -length * b1, length * b2, -length * b3
     k = scale * e[AXIAL]

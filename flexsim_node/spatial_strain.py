@@ -21,7 +21,7 @@ To first order these are the linear strains; they vanish to second order where t
 
 from __future__ import annotations
 
-from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, squared_slope
+from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, squared_helix, squared_slope
 from .flat import flat
 from .kernel import kernel
 from .weighted_sum import add_twelve_thrice
@@ -155,7 +155,8 @@ def iteration_turning(e, p, r, scale, b, w):
     _, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
     _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
     row = b[5]
-    row[0], row[3], row[6], row[9] = 1.0, 0.0, -1.0, 0.0
+    _, c = squared_helix(e, p[3], r[3])
+    row[0], row[3], row[6], row[9] = 1.0, length * c, -1.0, -length * c
     row[7], row[11], row[1], row[5] = length * a0, length * a1, length * a2, length * a3
     row[8], row[10], row[2], row[4] = length * b0, -length * b1, length * b2, -length * b3
     k_z, k_y = scale * e[BEND_Z], scale * e[BEND_Y]

@@ -31,6 +31,7 @@ from .beam import (
     hermite,
     middle_rotation,
     shift,
+    squared_helix,
     squared_slope,
 )
 from .chain import ALPHA, BETA, CORIOLIS, SPIN
@@ -245,15 +246,17 @@ def section_forces(e, frame, rows, rates, accelerations, setting, xi, t, load, s
         p, r, yp, yr = rows[0], rows[1], rates[0], rates[1]
         my, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
         mz, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
-        elastic[0] += 0.5 * e[AXIAL] * length * (my + mz)
+        mx, c = squared_helix(e, p[3], r[3])
+        elastic[0] += 0.5 * e[AXIAL] * length * (mx + my + mz)
         rate = a0 * yp[1] + a1 * yp[5] + a2 * yr[1] + a3 * yr[5]
-        rate += b0 * yp[2] - b1 * yp[4] + b2 * yr[2] - b3 * yr[4]
+        rate += b0 * yp[2] - b1 * yp[4] + b2 * yr[2] - b3 * yr[4] + c * (yr[3] - yp[3])
         viscous[0] += e[AXIAL] * length * rate
         tension = elastic[0] + beta * viscous[0]
         pull = tension * length
         start[1] += pull * a0
         start[5] += pull * a1
         start[2] += pull * b0
+        start[3] -= pull * c
         start[4] -= pull * b1
         here = end
         interpolate(e, rows, xi, here)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .aligned import aligned
-from .beam import COLUMNS, START, STIFFENING, TURNING
+from .beam import COLUMNS, HELIX, START, STIFFENING, TURNING
 from .by_reference import by_reference
 from .chain import (
     ANGLE,
@@ -199,7 +199,7 @@ class Tables:
     def _add_element(self, link: Link, i: int, step: float, flexible: bool, reduced: bool) -> None:
         values = element_row(self.scene, link, i, step, flexible)
         if reduced:
-            values[STIFFENING] = values[TURNING] = 0.0
+            values[STIFFENING] = values[TURNING] = values[HELIX] = 0.0
         mass, stiffness = (matrix[np.ix_(self.both, self.both)] for matrix in element_matrices(values))
         if self.co_moving:
             values[START] = values[TURNING] = 0.0
@@ -295,6 +295,7 @@ def reduction_of(
             f" ({count} elements{' in the plane' if flat else ''}); give at most {most}, or more elements"
         )
     rows = np.array([element_row(scene, link, i, length / count, True) for i in range(count)])
+    rows[:, HELIX] = 0.0  # its tensions don't see the twist
     masses, stiffnesses = zip(*(element_matrices(row) for row in rows), strict=True)
     whole = element_row(scene, link, 0, length, True)
     ends, spins = element_matrices(whole)[1], stiffening(scene)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from .. import rigid_body, spatial_beam
-from ..beam import AXIAL, LENGTH, MASS, SHEAR_Y, SHEAR_Z, squared_slope
+from ..beam import AXIAL, LENGTH, MASS, SHEAR_Y, SHEAR_Z, squared_helix, squared_slope
 from ..chain import (
     ACCELERATION,
     ALPHA,
@@ -465,7 +465,9 @@ def stiffen(chain, work, m, i, scale, w):
     u, length = work.node[DISPLACEMENT, i], e[LENGTH]
     _, _, a1, _, a3 = squared_slope(0.0, -u[1], 0.0, u[5], length, e[SHEAR_Z])
     _, _, b1, _, b3 = squared_slope(0.0, u[2], 0.0, -u[4], length, e[SHEAR_Y])
-    b[0], b[1], b[2], b[3], b[4], b[5] = 1.0, -length * a1, length * b1, 0.0, -length * b3, length * a3
+    _, c = squared_helix(e, 0.0, u[3])
+    b[0], b[1], b[2] = 1.0, -length * a1, length * b1
+    b[3], b[4], b[5] = length * c, -length * b3, length * a3
     k = scale * e[AXIAL]
     for p in range(6):
         for q in range(p, 6):

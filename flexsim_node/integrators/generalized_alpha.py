@@ -22,7 +22,7 @@ from ..acceleration import (
     finite,
 )
 from ..chain import BETA
-from ..closure import keep_closed
+from ..closure import keep_closed, linearise_loops
 from ..dynamics import imbalance
 from ..external import load_at
 from ..factorization import factorize, set_scale, solve
@@ -91,8 +91,9 @@ def step(robot, h, option, begin):
         imbalance(chain, work, xm, vm, am, mean, rhs)
         if factorize(chain, work) != 0:
             return SINGULAR
+        linearise_loops(chain.loops, chain, work, vm)
         solve(chain, work, rhs, da)
-        keep_closed(chain.loops, chain, work, vm, da, 1.0)
+        keep_closed(chain.loops, chain, work, da, 1.0)
         if not rub(chain.coulomb, chain, work, ve, da, gamma * h / (1.0 - m), 1.0, ve, 0.0):
             return NOT_CONVERGED
         size = 0.0

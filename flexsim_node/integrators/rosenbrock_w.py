@@ -44,7 +44,7 @@ from ..acceleration import (
     finite,
 )
 from ..chain import ALPHA, BETA, COORDINATES, KEEP
-from ..closure import keep_closed
+from ..closure import keep_closed, linearise_loops
 from ..dynamics import imbalance
 from ..external import load_at
 from ..factorization import factorize, set_scale, solve
@@ -88,8 +88,9 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh, before, lag):
         imbalance(chain, work, x, v, a, torque, rhs)
         if (fresh or k > 0) and factorize(chain, work) != 0:
             return SINGULAR
+        linearise_loops(chain.loops, chain, work, v)
         solve(chain, work, rhs, da)
-        keep_closed(chain.loops, chain, work, v, da, damped)
+        keep_closed(chain.loops, chain, work, da, damped)
         if not rub(chain.coulomb, chain, work, v, da, gh, damped, before, lag):
             return NOT_CONVERGED
         size = 0.0

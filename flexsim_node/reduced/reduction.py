@@ -80,7 +80,7 @@ class ReducedLink:
     modal_stiffness: np.ndarray
     ends: np.ndarray  # (12, 12) stiffness of (end node, start node)
     coupling: np.ndarray  # (P, 12), likewise
-    element: np.ndarray  # (E, 14)
+    element: np.ndarray  # (E, 15)
     shape: np.ndarray  # (nodes, 6, 12 + P)
     cross: tuple[np.ndarray, np.ndarray, np.ndarray]  # products of second order, see turning_products.py
     frequency: np.ndarray  # (P,) of the link with its ends held, Hz
@@ -220,7 +220,7 @@ def reduce_link(
     Parameters
     ----------
     whole : row of beam.py for the link as one element; ends : (12, 12) its stiffness, (end, start)
-    rows : (E, 14), likewise of each element; masses, stiffnesses : (E, 12, 12), nodes ordered (end, start)
+    rows : (E, 15), likewise of each element; masses, stiffnesses : (E, 12, 12), nodes ordered (end, start)
     free : (6,) which nodal dofs move
     planar : the plane's modes only
     flat : the scene stays in the plane, so that the modes beyond it are counted for themselves

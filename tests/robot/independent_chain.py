@@ -267,7 +267,8 @@ def build_element(
         twist, stretch = np.zeros(12), np.zeros(12)
         twist[[3, 9]] = stretch[[0, 6]] = -1 / length, 1 / length
         built.strains = [*strains, (g_modulus * s.j * length, twist)]
-        built.axial = (e_modulus * s.area * length, stretch, slopes if stiffening else [])
+        helix = [((s.iy + s.iz) / s.area, twist)]
+        built.axial = (e_modulus * s.area * length, stretch, slopes + helix if stiffening else [])
         if turning:
             share_z, share_y = phi_z / (1 + phi_z), phi_y / (1 + phi_y)
             kz, ky = e_modulus * s.iz / length, e_modulus * s.iy / length

@@ -363,13 +363,11 @@ def frame_of_scene(
     loaded: bool = True,
     spin: float = 0.0,
     wrench: dict[str, np.ndarray] | None = None,
-    bifilar: bool = False,
 ) -> tuple[Frame, dict[str, tuple[int, np.ndarray]]]:
     """A scene with its joints held at `position`, each flexible link in `count` elements.
 
     loaded : whether its weight acts; spin : of everything about the base's z axis, rad/s
     wrench : {link: (6,)} force and moment on links' ends, base axes, directions fixed
-    bifilar : whether axial forces act in torsion, as in a strip whose fibres are inclined by its twist
 
     Returns the frame, and for each link the node that carries its end and how far from it the end is.
     """
@@ -398,7 +396,7 @@ def frame_of_scene(
             beam_axes = np.column_stack([x, np.cross(z, x), z])
             stiffness, line, radius = section_of(scene, link)
             if link.flexible:
-                part = count, stiffness, line, float(bifilar) * radius
+                part = count, stiffness, line, radius
                 last = frame.beam(node, start, beam_axes, length, *part)
                 end = last, np.zeros(3)
             else:
