@@ -53,7 +53,7 @@ def finite(chain, x, v):
 @kernel
 def acceleration(chain, work, x, v, torque, out):
     """Write v' = M(x)^-1 f(x, v) into out (n,); held joints keep what out says of them.  Returns a status."""
-    rub_by_rate(chain.coulomb, chain, work, v)
+    rub_by_rate(chain, work, v)
     return acceleration_sliding(chain, work, x, v, torque, out)
 
 
@@ -66,7 +66,7 @@ def acceleration_sliding(chain, work, x, v, torque, out):
     for n in range(link.shape[0]):
         if work.held[n] and link[n, KIND] != FIXED:
             a[encoder(link, n)] = out[encoder(link, n)]
-    rub_smoothly(chain.coulomb, chain, work, v)
+    rub_smoothly(chain, work, v)
     imbalance(chain, work, x, v, a, torque, rhs)
     if work.scale[0] != 0.0 or work.scale[1] != 0.0:
         set_scale(chain, work, 0.0, 0.0, 0.0)
@@ -75,7 +75,7 @@ def acceleration_sliding(chain, work, x, v, torque, out):
     linearise_loops(chain.loops, chain, work, v)
     solve(chain, work, rhs, out)
     keep_closed(chain.loops, chain, work, out, 1.0)
-    if not stick(chain.coulomb, chain, work, out):
+    if not stick(chain, work, out):
         return NOT_CONVERGED
     for i in range(out.size):
         out[i] += a[i]

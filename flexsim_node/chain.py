@@ -61,8 +61,6 @@ class Chain(NamedTuple):
     loops: tuple[int, ...]  # (their number,), or () where there are none
     co_moving: tuple[int, ...]  # (1,) where frames follow the elements, else ()
     reduction: tuple[int, ...]  # (1,) where links are reduced to modes, else ()
-    relative: tuple[int, ...]  # (1,) where Rayleigh's alpha damps the elastic velocity alone, else ()
-    coulomb: tuple[int, ...]  # (number of joints with Coulomb friction,), or ()
     link: np.ndarray  # (L, 10) int64
     joint: np.ndarray  # (L, 17)
     rotation: np.ndarray  # (L, 3, 3, 3): constant, cosine and sine part of the joint's rotation

@@ -58,9 +58,9 @@ def elastic_rates(chain, v, out):
 
 
 @kernel
-def oppose(relative, chain, work, v, out):
+def oppose(chain, work, v, out):
     """Add alpha P^T M P v, of the placed chain at rates v (n,), to out (n,)."""
-    if len(relative) == 0:
+    if chain.setting[RELATIVE] == 0.0:
         return
     link, alpha = chain.link, chain.setting[RELATIVE]
     y, momentum = work.vector[9], work.vector[10]

@@ -219,7 +219,7 @@ def residual(chain, work, x, v, a, torque, out):
 
     Coulomb friction is that of the rates v, none at rest.
     """
-    friction.rub_by_rate(chain.coulomb, chain, work, v)
+    friction.rub_by_rate(chain, work, v)
     imbalance(chain, work, x, v, a, torque, out)
 
 
@@ -228,7 +228,7 @@ def imbalance(chain, work, x, v, a, torque, out):
     """`residual` with the Coulomb friction at hand, whatever the rates are."""
     place(chain, work, x)
     out[:] = 0.0
-    oppose(chain.relative, chain, work, v, out)
+    oppose(chain, work, v, out)
     chain_forces(chain.co_moving, chain, work, v, a, out)
     for i in range(out.size):
         out[i] = -out[i]

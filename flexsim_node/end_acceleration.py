@@ -53,7 +53,7 @@ def end_acceleration(chain, work, x, v, torque, g, a):
     keep_closed(chain.loops, chain, work, da, damped)
     for i in range(a.size):
         da[i] = a[i] + (da[i] if i < m else damped * da[i])
-    if not stick(chain.coulomb, chain, work, da):
+    if not stick(chain, work, da):
         return NOT_CONVERGED
     for i in range(a.size):
         a[i] = da[i]

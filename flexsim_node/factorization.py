@@ -30,6 +30,7 @@ from .chain import (
     MOTOR,
     PARENT,
     PHI,
+    RELATIVE,
     SPIN,
     Q,
 )
@@ -354,18 +355,18 @@ def solve(chain, work, rhs, out):
     With Rayleigh's alpha the nodes' velocities are spoiled: what looks at them comes before.
     """
     solve_as(chain.co_moving, chain, work, rhs, out)
-    solve_damped(chain.relative, chain, work, rhs, out)
+    solve_damped(chain, work, rhs, out)
 
 
 @kernel
-def solve_damped(relative, chain, work, rhs, out):
+def solve_damped(chain, work, rhs, out):
     """Let out (n,) be the answer with Rayleigh's alpha, from that without.
 
     Its matrix, alpha P^T M P (damping.py), couples every elastic unknown with every other, and the
     factors are those of the rest.  They are the preconditioner of conjugate gradients, which converge at
     once where a step is short against 1/alpha: the eigenvalues lie between 1 and 1 + damping alpha.
     """
-    if len(relative) == 0 or work.scale[1] == 0.0:
+    if chain.setting[RELATIVE] == 0.0 or work.scale[1] == 0.0:
         return
     r, z, p, rest, whole = work.vector[11], work.vector[12], work.vector[13], work.vector[14], work.vector[15]
     n, factor, energy, begun = out.size, work.scale[1], 0.0, 0.0
@@ -384,7 +385,7 @@ def solve_damped(relative, chain, work, rhs, out):
             p[i] = z[i] + share * p[i]
             rest[i] = r[i] + share * rest[i]  # the matrix without alpha, times p
             whole[i] = 0.0
-        oppose(relative, chain, work, p, whole)
+        oppose(chain, work, p, whole)
         curvature = 0.0
         for i in range(n):
             whole[i] = rest[i] + factor * whole[i]

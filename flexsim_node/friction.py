@@ -57,9 +57,9 @@ def at_rate(limit, speed, w):
 
 
 @kernel
-def rub_by_rate(coulomb, chain, work, v):
+def rub_by_rate(chain, work, v):
     """Set the friction of every joint from the rates v (n,); joints at rest are left to the acceleration."""
-    if len(coulomb) == 0:
+    if chain.rubbing.size == 0:
         return
     joint, rubs = chain.joint, chain.rubbing
     tail = work.rubbing.shape[1] - COLUMNS
@@ -72,9 +72,9 @@ def rub_by_rate(coulomb, chain, work, v):
 
 
 @kernel
-def rub_smoothly(coulomb, chain, work, v):
+def rub_smoothly(chain, work, v):
     """Set the friction that is a function of the rate v (n,); that of Coulomb's law itself stays."""
-    if len(coulomb) == 0:
+    if chain.rubbing.size == 0:
         return
     joint, rubs = chain.joint, chain.rubbing
     tail = work.rubbing.shape[1] - COLUMNS
@@ -295,13 +295,13 @@ def change(chain, work, damped, da):
 
 
 @kernel
-def rub(coulomb, chain, work, v, da, c, damped, before, lag):
+def rub(chain, work, v, da, c, damped, before, lag):
     """Correct the answer da of a solve, with the forces at hand, so that at rates v + c da the law holds.
 
     Coulomb's law itself is held at rates less by lag times the rates `before`.  `damped` scales the elastic
     part, as in the integrators.  Tells whether forces were found.
     """
-    if len(coulomb) == 0:
+    if chain.rubbing.size == 0:
         return True
     rubs, table, y = chain.rubbing, work.rubbing, work.vector[8]
     tail, m = table.shape[1] - COLUMNS, int(chain.setting[COORDINATES])
@@ -327,9 +327,9 @@ def rub(coulomb, chain, work, v, da, c, damped, before, lag):
 
 
 @kernel
-def stick(coulomb, chain, work, da):
+def stick(chain, work, da):
     """Correct accelerations da (n,) so that joints at rest stay there where their friction can hold them."""
-    if len(coulomb) == 0:
+    if chain.rubbing.size == 0:
         return True
     rubs, table = chain.rubbing, work.rubbing
     tail = table.shape[1] - COLUMNS
@@ -350,13 +350,13 @@ def stick(coulomb, chain, work, da):
 
 
 @kernel
-def stop(coulomb, chain, work, x, v, h):
+def stop(chain, work, x, v, h):
     """End an explicit step h during which joints rubbed as at its start: those that turned round stop.
 
     What changes of their friction counts as a constant force over the step.  Returns whether forces were
     found, and whether smooth friction changes slowly enough for the step.
     """
-    if len(coulomb) == 0:
+    if chain.rubbing.size == 0:
         return True, True
     joint, rubs, table, n = chain.joint, chain.rubbing, work.rubbing, work.memory.size
     tail = table.shape[1] - COLUMNS
@@ -390,7 +390,7 @@ def stop(coulomb, chain, work, x, v, h):
             for i in range(n):
                 v[i] -= h * more * table[p, i]
                 x[i] -= 0.5 * h * h * more * table[p, i]
-    stand_still(coulomb, chain, work, v)
+    stand_still(chain, work, v)
     return True, True
 
 
@@ -413,9 +413,9 @@ def is_put_back(chain, work, p, rested):
 
 
 @kernel
-def stand_still(coulomb, chain, work, v):
+def stand_still(chain, work, v):
     """Clear what rounding leaves of the rates v of joints that friction holds."""
-    if len(coulomb) == 0:
+    if chain.rubbing.size == 0:
         return
     link = chain.link
     for p in range(chain.rubbing.size):
@@ -430,9 +430,9 @@ def stand_still(coulomb, chain, work, v):
 
 
 @kernel
-def stay(coulomb, chain, work, x, v, end):
+def stay(chain, work, x, v, end):
     """Take from positions `end` (n,) what a step from x, v has moved joints that were and are held."""
-    if len(coulomb) == 0:
+    if chain.rubbing.size == 0:
         return
     rubs, table = chain.rubbing, work.rubbing
     tail = table.shape[1] - COLUMNS
@@ -447,9 +447,9 @@ def stay(coulomb, chain, work, x, v, end):
 
 
 @kernel
-def close_resting(coulomb, loops, chain, work, x, v, still):
+def close_resting(loops, chain, work, x, v, still):
     """`close`, with joints that friction holds where they are; False where the loops stay open."""
-    if len(coulomb) == 0 or len(loops) == 0:
+    if len(loops) == 0 or chain.rubbing.size == 0:
         return close(loops, chain, work, x, v, still)
     rubs, table = chain.rubbing, work.rubbing
     tail = table.shape[1] - COLUMNS

@@ -335,10 +335,11 @@ def read_stress(chain, work, integers, reals, setting, whole, t, load, values):
 
 
 @kernel
-def add_damping(relative, chain, v, a, out):
+def add_damping(chain, v, a, out):
     """Write accelerations whose inertia loads the links as a (n,) and Rayleigh's alpha at rates v (n,) do."""
-    if len(relative) == 0:
-        out[:] = a
+    if chain.setting[RELATIVE] == 0.0:
+        for i in range(out.size):
+            out[i] = a[i]
         return
     elastic_rates(chain, v, out)
     for i in range(out.size):
@@ -370,7 +371,7 @@ def sense(
     accelerate(chain, work, v, rhs)
     read_motion(chain, work, integers, reals, axes, pose, t, values)
     loaded = work.vector[0]
-    add_damping(chain.relative, chain, v, a, loaded)
+    add_damping(chain, v, a, loaded)
     if whole:
         residual(chain, work, x, v, loaded, torque, rhs)
     else:

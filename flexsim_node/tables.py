@@ -250,8 +250,6 @@ class Tables:
             loops=(len(scene.loops),) if scene.loops else (),
             co_moving=(1,) if self.co_moving else (),
             reduction=(1,) if self.reductions else (),
-            relative=(1,) if relative > 0.0 else (),
-            coulomb=(len(rubbing),) if rubbing else (),
             link=self.link,
             joint=self.joint,
             rotation=self.rotation,

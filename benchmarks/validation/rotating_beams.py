@@ -175,8 +175,7 @@ def compare() -> Comparison:
         "Frequencies about the steady shape (`natural_frequencies(..., velocity=...)`), 12"
         " elements; the plate's"
         " stiffness is the propeller moment, or tennis-racquet effect.",
-        "The elements. The axial force's part in torsion (trapeze effect) is not computed: it does not show"
-        " with a thin rod, but a thin strip's torsion gains about as much by it as by the propeller moment.",
+        "The elements.",
         rows,
     )
 

@@ -99,7 +99,7 @@ class Adaptive:
     def start(self, t: float, y: np.ndarray, bound: float, first: float) -> None:
         """Start the solver at t from y = (x, v); how joints rub follows from the rates."""
         if self.rubs.size:
-            rub_by_rate(self.model.chain.coulomb, self.model.chain, self.work, y[self.model.unknowns :])
+            rub_by_rate(self.model.chain, self.work, y[self.model.unknowns :])
             tail = self.work.rubbing.shape[1] - COLUMNS
             self.contact = self.work.rubbing[:, [tail + FORCE, tail + STUCK]]
         self.running = self.kind(
@@ -169,9 +169,9 @@ class Adaptive:
         self.load(t + h)
         if acceleration(chain, work, end, rate, self.torque(t + h), np.zeros(n)) != OK:
             return NOT_CONVERGED
-        if self.loops and not close_resting(chain.coulomb, chain.loops, chain, work, end, rate, np.zeros(n)):
+        if self.loops and not close_resting(chain.loops, chain, work, end, rate, np.zeros(n)):
             return LOOP_OPEN
-        stand_still(chain.coulomb, chain, work, rate)
+        stand_still(chain, work, rate)
         if not finite(chain, end, rate):
             return NOT_FINITE
         if not valid(chain, work):

@@ -81,7 +81,7 @@ def step(robot, h, option, begin):
             ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
         drive_joints(chain, work, motion[2], xe, ve, an)
         if k == 0:
-            rub_by_rate(chain.coulomb, chain, work, ve)
+            rub_by_rate(chain, work, ve)
         for i in range(n):
             xm[i] = (1.0 - f) * xe[i] + f * x[i]
             vm[i] = (1.0 - f) * ve[i] + f * v[i]
@@ -94,7 +94,7 @@ def step(robot, h, option, begin):
         linearise_loops(chain.loops, chain, work, vm)
         solve(chain, work, rhs, da)
         keep_closed(chain.loops, chain, work, da, 1.0)
-        if not rub(chain.coulomb, chain, work, ve, da, gamma * h / (1.0 - m), 1.0, ve, 0.0):
+        if not rub(chain, work, ve, da, gamma * h / (1.0 - m), 1.0, ve, 0.0):
             return NOT_CONVERGED
         size = 0.0
         for i in range(n):
@@ -111,13 +111,13 @@ def step(robot, h, option, begin):
     for i in range(n):
         xe[i] = x[i] + h * v[i] + h * h * ((0.5 - quarter) * a[i] + quarter * an[i])
         ve[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * an[i])
-    stay(chain.coulomb, chain, work, x, v, xe)
+    stay(chain, work, x, v, xe)
     drive_joints(chain, work, motion[2], xe, ve, an)
     if not finite(chain, xe, ve):
         return NOT_FINITE
-    if not close_resting(chain.coulomb, chain.loops, chain, work, xe, ve, rhs):
+    if not close_resting(chain.loops, chain, work, xe, ve, rhs):
         return LOOP_OPEN
-    stand_still(chain.coulomb, chain, work, ve)
+    stand_still(chain, work, ve)
     if not valid(chain, work):
         return NOT_VALID
     for i in range(n):

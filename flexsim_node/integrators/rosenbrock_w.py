@@ -83,7 +83,7 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh, before, lag):
     damped = 1.0 / (1.0 + gh * chain.setting[ALPHA])
     m = int(chain.setting[COORDINATES])
     drive_joints(chain, work, motion, x, v, a)
-    rub_by_rate(chain.coulomb, chain, work, v)
+    rub_by_rate(chain, work, v)
     for k in range(NEWTON_STEPS):
         imbalance(chain, work, x, v, a, torque, rhs)
         if (fresh or k > 0) and factorize(chain, work) != 0:
@@ -91,7 +91,7 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh, before, lag):
         linearise_loops(chain.loops, chain, work, v)
         solve(chain, work, rhs, da)
         keep_closed(chain.loops, chain, work, da, damped)
-        if not rub(chain.coulomb, chain, work, v, da, gh, damped, before, lag):
+        if not rub(chain, work, v, da, gh, damped, before, lag):
             return NOT_CONVERGED
         size = 0.0
         for i in range(x.size):
@@ -163,13 +163,13 @@ def step(robot, h, option, begin):
     status = stage(chain, work, x2, v2, torque[2], motion[2], gh, a, True, v, 0.0)
     if status != OK:
         return status
-    stay(chain.coulomb, chain, work, x, v, x2)
+    stay(chain, work, x, v, x2)
     drive_joints(chain, work, motion[2], x2, v2, a)
     if not finite(chain, x2, v2):
         return NOT_FINITE
-    if not close_resting(chain.coulomb, chain.loops, chain, work, x2, v2, work.vector[1]):
+    if not close_resting(chain.loops, chain, work, x2, v2, work.vector[1]):
         return LOOP_OPEN
-    stand_still(chain.coulomb, chain, work, v2)
+    stand_still(chain, work, v2)
     if not valid(chain, work):
         return NOT_VALID
     for i in range(n):

@@ -41,7 +41,7 @@ def step(robot, h, option, begin):
     n = x.size
     for i in range(n):
         x2[i], v2[i], dx[i], dv[i] = x[i], v[i], 0.0, 0.0
-    rub_by_rate(chain.coulomb, chain, work, v)
+    rub_by_rate(chain, work, v)
     for stage in range(4):
         at = 0 if stage == 0 else (2 if stage == 3 else 1)
         drive_joints(chain, work, motion[at], x2, v2, k)
@@ -57,7 +57,7 @@ def step(robot, h, option, begin):
             x2[i], v2[i] = x[i] + reach * v2[i], v[i] + reach * k[i]
     for i in range(n):
         x2[i], v2[i] = x[i] + dx[i], v[i] + dv[i]
-    found, resolved = stop(chain.coulomb, chain, work, x2, v2, h)
+    found, resolved = stop(chain, work, x2, v2, h)
     if not resolved:
         return FRICTION_TOO_STIFF
     if not found:
@@ -65,9 +65,9 @@ def step(robot, h, option, begin):
     drive_joints(chain, work, motion[2], x2, v2, k)
     if not finite(chain, x2, v2):
         return NOT_FINITE
-    if not close_resting(chain.coulomb, chain.loops, chain, work, x2, v2, work.vector[7]):
+    if not close_resting(chain.loops, chain, work, x2, v2, work.vector[7]):
         return LOOP_OPEN
-    stand_still(chain.coulomb, chain, work, v2)
+    stand_still(chain, work, v2)
     if not valid(chain, work):
         return NOT_VALID
     for i in range(n):
