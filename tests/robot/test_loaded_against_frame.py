@@ -73,11 +73,17 @@ def weighed(name, part_of_it, formulation):
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize("name", WEIGHED)
 def test_weight_changes_frequencies(name, formulation):
-    """Slope by weight at first order; frequency under the full weight, where the robot turns by little."""
+    """Slope by weight at first order; frequency under the full weight.
+
+    There the ERLS is off by the order of the squared elastic rotation: that counts where it is more.
+    """
     right = kept(f"weighed/{name}/0.1") - kept(f"weighed/{name}/-0.1")
     found = weighed(name, 0.1, formulation) - weighed(name, -0.1, formulation)
     assert np.max(np.abs(found - right)) < WITHIN * np.max(np.abs(right))
-    assert np.allclose(weighed(name, 1.0, formulation), kept(f"weighed/{name}/1"), rtol=WITHIN)
+    scene = with_elements(WEIGHED[name], COUNT, formulation=formulation)
+    turned = np.max(np.abs(static_equilibrium(scene, pose_of(WEIGHED[name])).node_displacement[:, 3:]))
+    within = max(WITHIN, 1.5 * turned**2) if formulation == "erls" else WITHIN
+    assert np.allclose(weighed(name, 1.0, formulation), kept(f"weighed/{name}/1"), rtol=within)
 
 
 @pytest.mark.parametrize("name", ["payload above", "L in the plane, up", "column with a rigid link on top"])
