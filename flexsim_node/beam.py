@@ -115,6 +115,23 @@ def squared_slope(w1, t1, w2, t2, length, s):
 
 
 @kernel
+def pull_stiffness(pull, length, s):
+    """What a pull, force times length, adds to a bent element's stiffness.
+
+    For (w, w), (w, t), (t, t) and (t, t') of displacements w and rotations t at the ends.  The mean squared
+    slope is psi^2 + (1 - s)^2 (psi - m)^2/5 + delta^2/3, with the chord's slope psi, mean and half
+    difference m, delta of the sections' rotations.
+    """
+    skew = 0.2 * (1.0 - s) * (1.0 - s) * pull
+    return (
+        (pull + skew) / (length * length),
+        0.5 * skew / length,
+        0.25 * skew + pull / 12.0,
+        0.25 * skew - pull / 12.0,
+    )
+
+
+@kernel
 def squared_helix(e, x1, x2):
     """(I_p/A) times the squared twist per length, of the ends' twists, and its halved gradient by x2."""
     gradient = e[HELIX] * (x2 - x1) / (e[LENGTH] * e[LENGTH])

@@ -20,6 +20,7 @@ from .beam import (
     hermite_mass,
     hermite_transpose,
     middle_rotation,
+    pull_stiffness,
     quadratic_mass,
     shift,
     squared_slope,
@@ -264,12 +265,12 @@ def shift_mass(e, d, i, w):
 def iteration_stiffness(e, d, i, scale, b, w):
     """Add scale times what the stiffening adds to the stiffness at d to w (6, 6), upper triangle.
 
-    w and b (6,), a scratch, are ordered (node i, node i - 1).  The axial force's own (geometric) part
-    is left out: it is slow.
+    w and b (6,), a scratch, are ordered (node i, node i - 1).  Of the axial force's own (geometric) part a
+    pull's is in it, which is fast where links are light; a pressure's could cost the definiteness.
     """
     p, r = d[i - 1], d[i]
     length = e[LENGTH]
-    _, b0, b1, b2, b3 = squared_slope(p[1], p[2], r[1], r[2], length, e[SHEAR_Z])
+    mean, b0, b1, b2, b3 = squared_slope(p[1], p[2], r[1], r[2], length, e[SHEAR_Z])
     b[0], b[3] = 1.0, -1.0
     b[4], b[5], b[1], b[2] = length * b0, length * b1, length * b2, length * b3
     k = scale * e[AXIAL]
@@ -279,3 +280,16 @@ def iteration_stiffness(e, d, i, scale, b, w):
     w[0, 0] -= k
     w[3, 3] -= k
     w[0, 3] += k
+    tension = e[AXIAL] * (r[0] - p[0] + 0.5 * length * mean)
+    if tension > 0.0:
+        ww, wt, tt, ts = pull_stiffness(scale * tension * length, length, e[SHEAR_Z])
+        w[1, 1] += ww
+        w[4, 4] += ww
+        w[1, 4] -= ww
+        w[1, 2] -= wt
+        w[1, 5] -= wt
+        w[2, 4] += wt
+        w[4, 5] += wt
+        w[2, 2] += tt
+        w[5, 5] += tt
+        w[2, 5] += ts

@@ -33,7 +33,7 @@ from .beam import (
 )
 from .kernel import kernel
 from .section_turn import section_coupling, section_load
-from .spatial_strain import add_stress, slopes, strain_rates, strains, stresses
+from .spatial_strain import add_pulled, add_stress, slopes, strain_rates, strains, stresses
 
 
 @kernel
@@ -516,14 +516,15 @@ def shift_mass(e, d, i, b, w):
 def iteration_stiffness(e, d, i, scale, b, w):
     """Add scale times what the stiffening adds to the stiffness at d to w (12, 12), upper triangle.
 
-    w and b (12,), a scratch, are ordered (node i, node i - 1).  The axial force's own (geometric) part
-    is left out: it is slow.
+    w and b (12,), a scratch, are ordered (node i, node i - 1).  Of the axial force's own (geometric) part a
+    pull's is in it (add_pulled).
     """
     p, r = d[i - 1], d[i]
     length = e[LENGTH]
-    _, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
-    _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
-    _, c = squared_helix(e, p[3], r[3])
+    my, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
+    mz, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
+    mx, c = squared_helix(e, p[3], r[3])
+    add_pulled(e, e[AXIAL] * (r[0] - p[0] + 0.5 * length * (mx + my + mz)), scale, w)
     b[0], b[6], b[3], b[9] = 1.0, -1.0, length * c, -length * c
     b[7], b[11], b[1], b[5] = length * a0, length * a1, length * a2, length * a3
     b[8], b[10], b[2], b[4] = length * b0, -length * b1, length * b2, -length * b3

@@ -21,7 +21,19 @@ To first order these are the linear strains; they vanish to second order where t
 
 from __future__ import annotations
 
-from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, squared_helix, squared_slope
+from .beam import (
+    AXIAL,
+    BEND_Y,
+    BEND_Z,
+    HELIX,
+    LENGTH,
+    SHEAR_Y,
+    SHEAR_Z,
+    TORSION,
+    pull_stiffness,
+    squared_helix,
+    squared_slope,
+)
 from .flat import flat
 from .kernel import kernel
 from .weighted_sum import add_twelve_thrice
@@ -138,11 +150,48 @@ def write_gradient(row, length, on_cz, on_sz, on_mz, on_cy, on_sy, on_my, on_x0,
 
 
 @kernel
-def iteration_turning(e, p, r, scale, b, w):
-    """Add scale times the stiffness of an element without that of its stresses to w (12, 12) of (18, 18).
+def add_pulled(e, tension, scale, w):
+    """Add scale times the stiffness of a pull to w (12, 12), ordered (node i, node i - 1), upper triangle.
 
-    w is ordered (node i, node i - 1); the scratch b (12, 12) gets the strains' gradients, and under them
-    these times the stiffnesses.
+    It is fast where links are light.  A pressure's is left out: it could cost the definiteness.
+    """
+    if not tension > 0.0:
+        return
+    pull = scale * tension * e[LENGTH]
+    ww, wt, tt, ts = pull_stiffness(pull, e[LENGTH], e[SHEAR_Z])
+    w[1, 1] += ww
+    w[7, 7] += ww
+    w[1, 7] -= ww
+    w[1, 5] -= wt
+    w[1, 11] -= wt
+    w[5, 7] += wt
+    w[7, 11] += wt
+    w[5, 5] += tt
+    w[11, 11] += tt
+    w[5, 11] += ts
+    ww, wt, tt, ts = pull_stiffness(pull, e[LENGTH], e[SHEAR_Y])
+    w[2, 2] += ww
+    w[8, 8] += ww
+    w[2, 8] -= ww
+    w[2, 4] += wt
+    w[2, 10] += wt
+    w[4, 8] -= wt
+    w[8, 10] -= wt
+    w[4, 4] += tt
+    w[10, 10] += tt
+    w[4, 10] += ts
+    twist = pull * e[HELIX] / (e[LENGTH] * e[LENGTH])
+    w[3, 3] += twist
+    w[9, 9] += twist
+    w[3, 9] -= twist
+
+
+@kernel
+def iteration_turning(e, p, r, scale, b, w):
+    """Add scale times the stiffness of an element to w (12, 12) of (18, 18).
+
+    Of the stiffness of stresses it has a pull's alone.  w is ordered (node i, node i - 1); the scratch b
+    (12, 12) gets the strains' gradients, and under them these times the stiffnesses.
     """
     c_z, s_z, m_z, c_y, s_y, m_y, x0, x1 = slopes(e, p, r)
     o_z, o_y, length = 1.0 - e[SHEAR_Z], 1.0 - e[SHEAR_Y], e[LENGTH]
@@ -152,10 +201,11 @@ def iteration_turning(e, p, r, scale, b, w):
     write_gradient(b[3], length, x1 / 6.0, -x0, 0.0, 0.0, 1.0, 0.0, -s_z, c_z / 6.0)
     on_cz, on_cy = 0.5 * m_y + o_y * s_y, -0.5 * m_z - o_z * s_z
     write_gradient(b[4], length, on_cz, -o_z * c_y, -0.5 * c_y, on_cy, o_y * c_z, 0.5 * c_z, 0.0, 2.0)
-    _, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
-    _, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
+    my, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, e[SHEAR_Z])
+    mz, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, e[SHEAR_Y])
     row = b[5]
-    _, c = squared_helix(e, p[3], r[3])
+    mx, c = squared_helix(e, p[3], r[3])
+    add_pulled(e, e[AXIAL] * (r[0] - p[0] + 0.5 * length * (mx + my + mz)), scale, w)
     row[0], row[3], row[6], row[9] = 1.0, length * c, -1.0, -length * c
     row[7], row[11], row[1], row[5] = length * a0, length * a1, length * a2, length * a3
     row[8], row[10], row[2], row[4] = length * b0, -length * b1, length * b2, -length * b3

@@ -199,8 +199,12 @@ def add_element(chain, work, m, i, w, dofs):
     full, coupling, inertia = work.iteration[m], work.carrier[0], work.carrier[1]
     if len(dofs) == 3:
         plane.element_coupling(chain, work, m, i, coupling, inertia)
+        if work.scale[0] > 0.0:
+            plane.add_pulled_carrier(chain, work, m, i, work.scale[0], inertia)
     else:
         space.element_coupling(chain, work, m, i, coupling, inertia)
+        if work.scale[0] > 0.0:
+            space.add_pulled_carrier(chain, work, m, i, work.scale[0], inertia)
     for j in range(b):
         for k in range(j, b):
             w[j, k] += full[j, k]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from .. import planar_beam, rigid_body
-from ..beam import AXIAL, LENGTH, MASS, SHEAR_Z, squared_slope
+from ..beam import AXIAL, LENGTH, MASS, SHEAR_Z, pull_stiffness, squared_slope
 from ..chain import (
     ACCELERATION,
     ALPHA,
@@ -258,6 +258,15 @@ def element_coupling(chain, work, m, i, coupling, inertia):
 
 
 @kernel
+def add_pulled_carrier(chain, work, m, i, scale, inertia):
+    """Add scale times what a pull does against the carrier's turning to its inertia (3, 3)."""
+    d = work.pair[0]
+    element_rows(work.node[DISPLACEMENT, i], d)
+    tension = planar_beam.axial_force(chain.element[m], d, 1)
+    inertia[2, 2] += scale * max(0.0, tension) * work.moving[i, REACH]
+
+
+@kernel
 def shift_mass(chain, work, m, i, w):
     """Add what the shift of element m's mass adds to its mass matrix to w, upper triangle (3, 3)."""
     e, u = chain.element[m], work.node[DISPLACEMENT, i]
@@ -274,7 +283,13 @@ def stiffen(chain, work, m, i, scale, w):
     """Add scale times what the stiffening adds to the stiffness of element m to w, upper triangle (3, 3)."""
     e, u = chain.element[m], work.node[DISPLACEMENT, i]
     length = e[LENGTH]
-    _, _, b1, _, b3 = squared_slope(0.0, -u[1], 0.0, u[2], length, e[SHEAR_Z])
+    mean, _, b1, _, b3 = squared_slope(0.0, -u[1], 0.0, u[2], length, e[SHEAR_Z])
+    tension = e[AXIAL] * (u[0] + 0.5 * length * mean)
+    if tension > 0.0:
+        _, _, tt, ts = pull_stiffness(scale * tension * length, length, e[SHEAR_Z])
+        w[1, 1] += tt
+        w[2, 2] += tt
+        w[1, 2] -= ts
     k, b, c = scale * e[AXIAL], -length * b1, length * b3
     w[0, 1] += k * b
     w[0, 2] += k * c

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from .. import rigid_body, spatial_beam
-from ..beam import AXIAL, LENGTH, MASS, SHEAR_Y, SHEAR_Z, squared_helix, squared_slope
+from ..beam import AXIAL, HELIX, LENGTH, MASS, SHEAR_Y, SHEAR_Z, pull_stiffness, squared_helix, squared_slope
 from ..chain import (
     ACCELERATION,
     ALPHA,
@@ -446,6 +446,17 @@ def element_coupling(chain, work, m, i, coupling, inertia):
 
 
 @kernel
+def add_pulled_carrier(chain, work, m, i, scale, inertia):
+    """Add scale times what a pull does against the carrier's turning to its inertia (6, 6)."""
+    d = work.pair[0]
+    element_rows(work.node[DISPLACEMENT, i], d)
+    tension = spatial_beam.axial_force(chain.element[m], d, 1)
+    turned = scale * max(0.0, tension) * work.moving[i, REACH]
+    inertia[4, 4] += turned
+    inertia[5, 5] += turned
+
+
+@kernel
 def shift_mass(chain, work, m, i, w):
     """Add what the shift of element m's mass adds to its mass matrix to w, upper triangle (6, 6)."""
     e, b, u = chain.element[m], work.row[1, 0:6], work.node[DISPLACEMENT, i]
@@ -463,9 +474,21 @@ def stiffen(chain, work, m, i, scale, w):
     """Add scale times what the stiffening adds to the stiffness of element m to w, upper triangle (6, 6)."""
     e, b = chain.element[m], work.row[1, 0:6]
     u, length = work.node[DISPLACEMENT, i], e[LENGTH]
-    _, _, a1, _, a3 = squared_slope(0.0, -u[1], 0.0, u[5], length, e[SHEAR_Z])
-    _, _, b1, _, b3 = squared_slope(0.0, u[2], 0.0, -u[4], length, e[SHEAR_Y])
-    _, c = squared_helix(e, 0.0, u[3])
+    my, _, a1, _, a3 = squared_slope(0.0, -u[1], 0.0, u[5], length, e[SHEAR_Z])
+    mz, _, b1, _, b3 = squared_slope(0.0, u[2], 0.0, -u[4], length, e[SHEAR_Y])
+    mx, c = squared_helix(e, 0.0, u[3])
+    tension = e[AXIAL] * (u[0] + 0.5 * length * (mx + my + mz))
+    if tension > 0.0:
+        pull = scale * tension * length
+        _, _, tt, ts = pull_stiffness(pull, length, e[SHEAR_Z])
+        w[1, 1] += tt
+        w[5, 5] += tt
+        w[1, 5] -= ts
+        _, _, tt, ts = pull_stiffness(pull, length, e[SHEAR_Y])
+        w[2, 2] += tt
+        w[4, 4] += tt
+        w[2, 4] -= ts
+        w[3, 3] += pull * e[HELIX] / (length * length)
     b[0], b[1], b[2] = 1.0, -length * a1, length * b1
     b[3], b[4], b[5] = length * c, -length * b3, length * a3
     k = scale * e[AXIAL]
