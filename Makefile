@@ -143,12 +143,14 @@ $(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml
 	touch $@
 
 # The robot's kernels, in space and in the plane, and the door's, so that no run waits for the compiler.
-KERNELS := simulate config/anthropomorphic.yaml --duration 0.01 --set initial.shape=static \
+KERNELS := simulate config/delta.yaml --duration 0.01 \
+    | simulate config/anthropomorphic.yaml --duration 0.01 --set initial.shape=static \
+    | simulate config/four_bar.yaml --duration 0.01 \
     | simulate config/planar_double_pendulum.yaml --duration 0.01 --set initial.shape=static \
     | door simulate config/thesis_door_column.yaml --duration 1
 
 $(KERNELS_STAMP): $(PROJECT_STAMP) $(wildcard flexsim_node/*.py flexsim_node/*/*.py thermal_node/*.py thermal_node/*/*.py)
-	echo "set-up 5/5: compiled kernels (a minute)"
+	echo "set-up 5/5: compiled kernels (some minutes)"
 	echo "$(KERNELS)" | tr '|' '\n' | xargs -P 2 -I{} sh -c '$(VENV)/bin/flexsim {} --json > /dev/null'
 	touch $@
 
