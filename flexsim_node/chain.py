@@ -77,7 +77,7 @@ class Chain(NamedTuple):
     limit: np.ndarray  # (3, 2): warn and stop, rows of watch.py
     closing: np.ndarray  # (R, 5) int64: the equations of the closing joints, see closure.py
     anchor: np.ndarray  # (R, 9): a, b, d in body axes, points from the links' ends
-    reduced: np.ndarray  # (L, 43 + 2P) int64: links that are one element with modes, see reduced/layout.py
+    reduced: np.ndarray  # (L, 47 + 2P) int64: links that are one element with modes, see reduced/layout.py
     modal: np.ndarray  # their constants
     rubbing: np.ndarray  # (k,) int64: links at whose joints there is Coulomb friction
 

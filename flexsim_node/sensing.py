@@ -17,6 +17,7 @@ from .beam import (
     SHEAR_Z,
     START,
     STIFFENING,
+    squared_helix,
     squared_slope,
 )
 from .chain import (
@@ -136,10 +137,11 @@ def stretch(reduction, dofs, chain, work, n, m, rows, rates):
     p, r, pv, rv = rows[0], rows[1], rates[0], rates[1]
     y, a0, a1, a2, a3 = squared_slope(p[1], p[5], r[1], r[5], length, piece[SHEAR_Z])
     z, b0, b1, b2, b3 = squared_slope(p[2], -p[4], r[2], -r[4], length, piece[SHEAR_Y])
-    r[0] = p[0] + long - 0.5 * length * (y + z)
+    x, c = squared_helix(piece, p[3], r[3])
+    r[0] = p[0] + long - 0.5 * length * (x + y + z)
     rate -= length * (a0 * pv[1] + a1 * pv[5] + a2 * rv[1] + a3 * rv[5])
     rate -= length * (b0 * pv[2] - b1 * pv[4] + b2 * rv[2] - b3 * rv[4])
-    rv[0] = pv[0] + rate
+    rv[0] = pv[0] + rate - length * c * (rv[3] - pv[3])
 
 
 @kernel

@@ -293,7 +293,6 @@ def reduction_of(
             f" ({count} elements{' in the plane' if flat else ''}); give at most {most}, or more elements"
         )
     rows = np.array([element_row(scene, link, i, length / count, True) for i in range(count)])
-    rows[:, HELIX] = 0.0  # its tensions don't see the twist
     masses, stiffnesses = zip(*(element_matrices(row) for row in rows), strict=True)
     whole = element_row(scene, link, 0, length, True)
     ends, spins = element_matrices(whole)[1], stiffening(scene)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-# Columns of Chain.reduced (L, 43 + 2P) int64: nodal rows after the link's end that hold its modes; modes
+# Columns of Chain.reduced (L, 47 + 2P) int64: nodal rows after the link's end that hold its modes; modes
 # (-1: the link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
 # centreline and of the rotation, F and G, with zeros up to a multiple of four; those of a deflection in y and
 # in z, likewise, Y and Z.
@@ -43,8 +43,13 @@ WIDTH, HEIGHT, END = 36, 37, 38
 # in y, of twist and deflection in y in that in z, of both deflections in the torsion (turning.py); and in
 # Workspace.modal the slopes that they take and give.
 CROSS_Z, CROSS_Y, CROSS_T, BENT = range(39, 43)
-FUNCTION = 43
-COLUMNS = 43
+# Where in Chain.modal are the products of the twists' slopes that each tension sees (T, 1 + t, .), and those
+# of the rotation's functions at the elements' ends (G, G), where their turn of second order counts; and in
+# Workspace.modal the twists, their rates and products (3, .), and the latter times the rotation, times its
+# rate, and room for as much (3, 3, G).
+HELICES, LUMP_GRAM, WOUND, LUMPS = range(43, 47)
+FUNCTION = 47
+COLUMNS = 47
 
 
 def eights(n: int) -> int:
@@ -82,7 +87,7 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (ENDS, 2 * b * fours(2 * b)),
         (COUPLING, 2 * b * p), (SHAPE, shapes), (CROSS_Z, (2 + y) * twists * fours(3 + z)),
         (CROSS_Y, (2 + z) * twists * fours(3 + y)), (CROSS_T, (twists - 1) * (3 + y) * fours(3 + z)),
-        (PIECES, 0),
+        (HELICES, t * (twists - 1) * fours(twists - 1) if b == 6 else 0), (LUMP_GRAM, g * g), (PIECES, 0),
     ):  # fmt: skip
         size[column] = constants
         constants += eights(length)
@@ -91,7 +96,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (PIVOTS, (p + t) * width), (INVERSE, p + t), (SCALED, t * width), (COLUMN, (3 * b + t) * height),
         (WEIGHT, fours(p + t)), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
         (TURN, turning * g), (TURN_MIX, 27), (TURNED, turned), (GRADIENT, t * (wide + high)),
-        (LATERAL, wide + high), (BENT, 3 * bent + 3 * products), (END, 0),
+        (LATERAL, wide + high), (BENT, 3 * bent + 3 * products), (WOUND, 3 * fours(twists - 1)),
+        (LUMPS, (2 if b == 3 else 9) * g), (END, 0),
     ):  # fmt: skip
         size[column] = buffers
         buffers += eights(length)

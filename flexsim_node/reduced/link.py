@@ -60,9 +60,11 @@ from .layout import (
     TENSIONS,
     WEIGHT,
     WIDTH,
+    WOUND,
     Y_MODES,
     Z_MODES,
 )
+from .turning import add_wound_forces, fours, wound_elongation, write_twists
 
 
 @kernel
@@ -135,6 +137,14 @@ def stretched(d, first, j, b):
 
 
 @kernel
+def twists(size, own, d, v, first):
+    """Write the twists of the nodal rows d and their rates, of v, both flat, for `wound_elongation`."""
+    count = 1 + size[MODES] - size[AXIALS] - size[Y_MODES] - size[Z_MODES]
+    write_twists(size, d, first, own, size[WOUND])
+    write_twists(size, v, first, own, size[WOUND] + fours(count))
+
+
+@kernel
 def stiffen(size, data, own, d, v, first, b, still, beta, force):
     """Add what the squared slope does: axial forces to `force`, lateral ones to those on the centreline.
 
@@ -143,8 +153,12 @@ def stiffen(size, data, own, d, v, first, b, still, beta, force):
     """
     pulls, tensions = size[LOADS], size[TENSIONS]
     weigh(size, own, b, 0.5 * still, beta)
+    if b == 6:
+        twists(size, own, d, v, first)
     for j in range(tensions):
         extra = along(size, own, b, j)
+        if b == 6:
+            extra += wound_elongation(size, data, own, j, still, beta)
         pull = still * stretched(d, first, j, b) + beta * stretched(v, first, j, b)
         extra *= data[size[TENSION] + j]
         if j == 0:
@@ -153,6 +167,8 @@ def stiffen(size, data, own, d, v, first, b, still, beta, force):
         else:
             force[b * (first + 2) + j - 1] += extra
         own[pulls + j] = data[size[TENSION] + j] * pull + extra
+        if b == 6:
+            add_wound_forces(size, own, own[pulls + j], force, first)
     n, s, wide, high = size[CENTRELINE], size[GRADIENT], size[LATERAL_Y], size[LATERAL_Z]
     g = size[LINE] + (9 if b == 3 else 13) * n
     add_combined(tensions, own, pulls, own, s, wide, own, g, wide)
@@ -180,8 +196,12 @@ def slope_energy(size, data, own, d, first, b):
     """What the mean squared slope adds to the strain energy of the placed link, and its mean tension."""
     total = mean = 0.0
     weigh(size, own, b, 0.5, 0.0)
+    if b == 6:
+        twists(size, own, flat(d), flat(d), first)
     for j in range(size[TENSIONS]):
         more, pull = along(size, own, b, j), stretched(flat(d), first, j, b)
+        if b == 6:
+            more += wound_elongation(size, data, own, j, 1.0, 0.0)
         total += data[size[TENSION] + j] * more * (pull + 0.5 * more)
         if j == 0:
             mean = data[size[TENSION]] * (pull + more)
@@ -196,11 +216,16 @@ def elongation(size, data, own, d, v, first, b, piece, pieces):
     """
     width = 2 * b + size[MODES]
     total = change = 0.0
+    if b == 6:
+        twists(size, own, flat(d), flat(v), first)
     for j in range(size[TENSIONS]):
         weigh(size, own, b, 0.5, 0.0)
         long = along(size, own, b, j) + stretched(flat(d), first, j, b)
         weigh(size, own, b, 0.0, 1.0)
         rate = along(size, own, b, j) + stretched(flat(v), first, j, b)
+        if b == 6:
+            long += wound_elongation(size, data, own, j, 1.0, 0.0)
+            rate += wound_elongation(size, data, own, j, 0.0, 1.0)
         share = 1.0 / pieces
         if j > 0:
             at = size[SHAPE] + piece * b * width + 2 * b + j - 1

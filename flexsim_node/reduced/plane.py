@@ -16,6 +16,8 @@ from .layout import (
     CENTRELINE,
     FUNCTION,
     LINE,
+    LUMP_GRAM,
+    LUMPS,
     MASS_GRAM,
     MIX,
     MODES,
@@ -66,6 +68,8 @@ def shape(size, data, own, e, d, first):
     slopes(size, data, own, 3)
     if e[INERTIA_Y] > 0.0:
         rotation(e, size, flat(d), first, own, size[TURN])
+        if size[TENSIONS] > 0:
+            products(1, data, size[LUMP_GRAM], size[ROTATION], own, size[TURN], size[LUMPS])
 
 
 @kernel
@@ -167,6 +171,12 @@ def section_forces(size, data, own, e, f, v, a, first, alpha, two, spin, force):
         products(1, data, size[TURN_GRAM], n, own, phi, turned)
         for k in range(n):
             own[made + k] -= j * square * own[turned + k]
+    if size[TENSIONS] > 0:
+        # to second order the director is (-phi, 1 - phi^2 / 2), at the elements' ends
+        lump = size[LUMPS]
+        for k in range(n):
+            own[made + k] -= j * square * own[lump + k]
+        moment -= j * (turn * dot(n, own, phi, own, lump) + two * dot(n, own, phi + n, own, lump))
     p, m = 3 * first, 3 * first + 6 + axial
     for i in range(size[Y_MODES]):
         force[m + i] -= own[made + i]
@@ -227,6 +237,8 @@ def inertia_coupling(size, data, own, e, start, end, inertia):
         section, j, m, phi = size[TURN_GRAM], e[INERTIA_Y], size[ROTATION], size[TURN]
         products(1, data, section, m, own, phi, size[TURNED])
         second += j * (length + dot(m, own, phi, own, size[TURNED]))
+        if size[TENSIONS] > 0:
+            second -= j * dot(m, own, phi, own, size[LUMPS])
         # of the quadratics the integrals are a sixth, two thirds and a sixth of the length
         w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], j * length / 1.5)
         start[1, 2] += w1

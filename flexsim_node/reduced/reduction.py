@@ -44,6 +44,8 @@ from .layout import (
     CROSS_Y,
     CROSS_Z,
     ENDS,
+    HELICES,
+    LUMP_GRAM,
     MASS_GRAM,
     MODAL_MASS,
     MODAL_STIFFNESS,
@@ -59,7 +61,7 @@ from .layout import (
     fours,
     places,
 )
-from .turning_products import turning_products
+from .turning_products import helices, turning_products
 
 AXIAL_MODES = 2
 # nodal dofs of the kinds of modes, in their order
@@ -83,6 +85,8 @@ class ReducedLink:
     element: np.ndarray  # (E, 15)
     shape: np.ndarray  # (nodes, 6, 12 + P)
     cross: tuple[np.ndarray, np.ndarray, np.ndarray]  # products of second order, see turning_products.py
+    helix: np.ndarray  # (tensions, twists, .) likewise of the twists' slopes
+    lump: np.ndarray  # products of the rotation's functions at the elements' ends
     frequency: np.ndarray  # (P,) of the link with its ends held, Hz
 
 
@@ -278,6 +282,8 @@ def reduce_link(
         element=rows,
         shape=shape,
         cross=turning_products(whole, rows, shape, counts, stiffening and not planar),
+        helix=helices(rows, shape, counts, weights if stiffening and not planar else weights[:0]),
+        lump=np.einsum("iea,a,jea,e->ij", r, (0.5, 0.0, 0.5), r, rows[:, LENGTH]),
         frequency=np.sqrt([m[0] for m in shapes]) / (2.0 * np.pi),
     )
 
@@ -285,7 +291,7 @@ def reduce_link(
 def reduced_links(
     found: dict[int, ReducedLink], links: int, dofs: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (L, 43 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
+    """Table (L, 47 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
     b = len(dofs)
     both = [*dofs, *(6 + k for k in dofs)]
     most = max((sum(one.counts) for one in found.values()), default=0)
@@ -313,6 +319,7 @@ def reduced_links(
             (TENSION, one.tension), (MODAL_MASS, one.modal_mass), (MODAL_STIFFNESS, one.modal_stiffness),
             (ENDS, ends), (COUPLING, one.coupling[:, both]), (SHAPE, shape), (PIECES, one.element),
             (CROSS_Z, one.cross[0]), (CROSS_Y, one.cross[1]), (CROSS_T, one.cross[2]),
+            (HELICES, one.helix), (LUMP_GRAM, one.lump),
         )  # fmt: skip
         tape += [(int(table[n, column]), part) for column, part in parts]
         constants = eights(int(table[n, PIECES]) + one.element.size)

@@ -26,6 +26,8 @@ from .layout import (
     CENTRELINE,
     FUNCTION,
     LINE,
+    LUMP_GRAM,
+    LUMPS,
     MASS_GRAM,
     MIX,
     MODES,
@@ -88,6 +90,8 @@ def shape(size, data, own, e, d, first):
         rotation(e, size, flat(d), first, own, size[TURN])
         n, phi, t = size[ROTATION], size[TURN], size[TURNED]
         products(3, data, size[TURN_GRAM], n, own, phi, t)
+        if size[TENSIONS] > 0:
+            products(3, data, size[LUMP_GRAM], n, own, phi, size[LUMPS])
         # integrals of phi and of phi_i phi_k, behind them
         h, k = t + size[Y_MODES], t + 3 * n
         for i in range(3):
@@ -320,7 +324,48 @@ def section_forces(size, data, own, e, f, v, a, first, alpha, coriolis, spin, fo
             own[made + k] -= iy * (along * w2 - square * ux) - iz * (across * w1 + square * ux)
             own[made + n + k] -= iz * (across * w0 - square * uy)
             own[made + 2 * n + k] += iy * (along * w0 + square * uz)
+    if size[TENSIONS] > 0:
+        turn_forces(size, data, own, e, f, coriolis, made, wrench)
     spread_rotation(e, size, own, made, force, first)
+
+
+@kernel
+def turn_forces(size, data, own, e, f, coriolis, made, wrench):
+    """Add the inertia of the sections' second-order turn (T8) to moments own[made:] (3, G) and wrench.
+
+    section_turn.section_load at the elements' ends, as sums over the functions of the rotation.
+    """
+    b00, b01, b02, b10, b11, b12, b20, b21, b22, x0, x1, x2 = turned_frame(f, coriolis)
+    jy, jz, n, phi, lump = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN], size[LUMPS]
+    x, y, z, lx, ly, lz = phi, phi + n, phi + 2 * n, lump, lump + n, lump + 2 * n
+    shared = 0.5 * (jy * b21 + jz * b12)
+    for k in range(n):
+        sx, sy, sz = own[lx + k], own[ly + k], own[lz + k]
+        own[made + k] += jy * b01 * sy + jz * b02 * sz - (jy * b11 + jz * b22) * sx
+        own[made + n + k] += jy * b01 * sx - jz * b22 * sy + shared * sz
+        own[made + 2 * n + k] += jz * b02 * sx + shared * sy - jy * b11 * sz
+    vx, vy, vz, ax, ay, az = phi + 3 * n, phi + 4 * n, phi + 5 * n, phi + 6 * n, phi + 7 * n, phi + 8 * n
+    products(3, data, size[LUMP_GRAM], n, own, vx, lump + 3 * n)
+    ry, rz = lump + 4 * n, lump + 5 * n
+    xx, yy, zz = dot(n, own, x, own, lx), dot(n, own, y, own, ly), dot(n, own, z, own, lz)
+    # sums of what both axes turn by, c2 of y: (yx, yy2, yz), of z: (zx, yz, zz2), its rates and accelerations
+    yx, zx, yz = dot(n, own, x, own, ly), dot(n, own, x, own, lz), 0.5 * dot(n, own, y, own, lz)
+    yy2, zz2 = -0.5 * (xx + zz), -0.5 * (xx + yy)
+    turning = dot(n, own, vx, own, lx)
+    vyx = dot(n, own, vx, own, ly) + dot(n, own, vy, own, lx)
+    vzx = dot(n, own, vx, own, lz) + dot(n, own, vz, own, lx)
+    vyz = 0.5 * (dot(n, own, vy, own, lz) + dot(n, own, vz, own, ly))
+    vyy, vzz = -turning - dot(n, own, vz, own, lz), -turning - dot(n, own, vy, own, ly)
+    ayx = dot(n, own, ax, own, ly) + 2.0 * dot(n, own, vx, own, ry) + dot(n, own, ay, own, lx)
+    azx = dot(n, own, ax, own, lz) + 2.0 * dot(n, own, vx, own, rz) + dot(n, own, az, own, lx)
+    ayz = 0.5 * (dot(n, own, ay, own, lz) + dot(n, own, az, own, ly)) + dot(n, own, vy, own, rz)
+    px = ayx + x1 * vyz - x2 * vyy + b00 * yx + b01 * yy2 + b02 * yz
+    pz = ayz + x0 * vyy - x1 * vyx + b20 * yx + b21 * yy2 + b22 * yz
+    qx = azx + x1 * vzz - x2 * vyz + b00 * zx + b01 * yz + b02 * zz2
+    qy = ayz + x2 * vzx - x0 * vzz + b10 * zx + b11 * yz + b12 * zz2
+    wrench[3] += jy * (pz + yy2 * b21 - yz * b11) + jz * (-qy + yz * b22 - zz2 * b12)
+    wrench[4] += jy * (yz * b01 - yx * b21) + jz * (qx + zz2 * b02 - zx * b22)
+    wrench[5] += jy * (-px + yx * b11 - yy2 * b01) + jz * (zx * b12 - yz * b02)
 
 
 @kernel

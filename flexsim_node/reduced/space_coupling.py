@@ -11,11 +11,15 @@ from ..weighted_sum import dot
 from .layout import (
     AXIALS,
     CENTRELINE,
+    FUNCTION,
     LINE,
+    LUMPS,
     MASS_GRAM,
     MODES,
     PIVOTS,
     ROTATION,
+    TENSIONS,
+    TURN,
     TURN_GRAM,
     TURNED,
     WIDTH,
@@ -120,6 +124,8 @@ def inertia_coupling(size, data, own, e, start, end, inertia):
     inertia[4, 5] -= yz
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
         section_coupling(size, data, own, e, start, end, inertia)
+        if size[TENSIONS] > 0:
+            turn_coupling(size, own, e, start, end, inertia)
     elif e[POLAR] > 0.0:
         half = 0.5 * e[POLAR] * length
         start[3, 3] += half
@@ -127,6 +133,48 @@ def inertia_coupling(size, data, own, e, start, end, inertia):
         inertia[3, 3] += 2.0 * half
         for i in range(space, size[MODES]):
             own[at + i * width + 3] += e[POLAR] * turning(size, data, y + 3 + size[Z_MODES] + i - space)
+
+
+@kernel
+def turn_coupling(size, own, e, start, end, inertia):
+    """Add what the sections' second-order turn (T8) has, section_turn.section_coupling at elements' ends."""
+    jy, jz, n, phi, lump = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN], size[LUMPS]
+    made, lx, ly, lz = lump + 6 * n, lump, lump + n, lump + 2 * n
+    half = 0.5 * (jy - jz)
+    for column in range(3, 6):
+        for k in range(n):
+            x, y, z = own[lx + k], own[ly + k], own[lz + k]
+            if column == 3:
+                own[made + k], own[made + n + k], own[made + 2 * n + k] = 0.0, half * z, half * y
+            elif column == 4:
+                own[made + k], own[made + n + k], own[made + 2 * n + k] = jz * z, 0.0, jz * x
+            else:
+                own[made + k], own[made + n + k], own[made + 2 * n + k] = -jy * y, -jy * x, 0.0
+        add_moments(size, own, e, made, column, start, end)
+    xx, yy = dot(n, own, phi, own, lx), dot(n, own, phi + n, own, ly)
+    zz = dot(n, own, phi + 2 * n, own, lz)
+    inertia[3, 3] -= jy * (xx + zz) + jz * (xx + yy)
+    inertia[4, 4] -= jz * (xx + yy)
+    inertia[5, 5] -= jy * (xx + zz)
+    inertia[3, 4] -= jy * dot(n, own, phi, own, ly)
+    inertia[3, 5] -= jz * dot(n, own, phi, own, lz)
+    inertia[4, 5] -= 0.5 * (jy + jz) * dot(n, own, phi + n, own, lz)
+
+
+@kernel
+def add_moments(size, own, e, g, column, start, end):
+    """Add moments own[g:] (3, G) on the rotation's functions to a column of the ends' and modes' rows."""
+    n, h, width = size[ROTATION], g + size[Y_MODES], size[WIDTH]
+    start[3, column] += own[h] + 0.5 * own[h + 1]
+    end[3, column] += own[h + 2] + 0.5 * own[h + 1]
+    h += n
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -own[h + 1])
+    bend_z(start, end, column, w1, t1 - own[h], w2, t2 - own[h + 2])
+    h += n
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], own[h + 1])
+    bend_y(start, end, column, w1, own[h] + t1, w2, own[h + 2] + t2)
+    for i in range(size[AXIALS], size[MODES]):
+        own[size[PIVOTS] + i * width + 12 + column] += own[g + size[FUNCTION + 2 * i + 1]]
 
 
 @kernel

@@ -15,9 +15,11 @@ from .layout import (
     CROSS_T,
     CROSS_Y,
     CROSS_Z,
+    HELICES,
     MODAL_STIFFNESS,
     MODES,
     TENSIONS,
+    WOUND,
     Y_MODES,
     Z_MODES,
 )
@@ -88,6 +90,41 @@ def add_slope_forces(size, e, own, at, force, first):
     force[r + 4] -= mean + own[h + 1]
     for k in range(3, z):
         force[m + y + k - 6] += own[h + k]
+
+
+@kernel
+def write_twists(size, rows, first, own, at):
+    """Write half the difference of the ends' twists, modes that twist, and zeros up to four into own[at:]."""
+    p, r, k = 6 * first, 6 * first + 6, size[AXIALS] + size[Y_MODES] + size[Z_MODES]
+    count, m = 1 + size[MODES] - k, 6 * first + 12 + k
+    own[at] = 0.5 * (rows[r + 3] - rows[p + 3])
+    for i in range(1, fours(count)):
+        own[at + i] = rows[m + i - 1] if i < count else 0.0
+
+
+@kernel
+def wound_elongation(size, data, own, j, still, beta):
+    """How much the twist stretches the link in tension j, (T2): still times that, and beta times its rate.
+
+    `write_twists` has written twists and rates into own[WOUND:]; their half gradient follows these.
+    """
+    count = 1 + size[MODES] - size[AXIALS] - size[Y_MODES] - size[Z_MODES]
+    n = fours(count)
+    at = size[WOUND]
+    combine(count, own, at, data, size[HELICES] + j * count * n, n, own, at + 2 * n, n)
+    return 0.5 * still * dot(n, own, at, own, at + 2 * n) + beta * dot(n, own, at + n, own, at + 2 * n)
+
+
+@kernel
+def add_wound_forces(size, own, pull, force, first):
+    """Add a pull times the gradient that `wound_elongation` has left to the nodal rows, flat."""
+    k = size[AXIALS] + size[Y_MODES] + size[Z_MODES]
+    count, m = 1 + size[MODES] - k, 6 * first + 12 + k
+    at = size[WOUND] + 2 * fours(count)
+    force[6 * first + 3] -= 0.5 * pull * own[at]
+    force[6 * first + 9] += 0.5 * pull * own[at]
+    for i in range(1, count):
+        force[m + i - 1] += pull * own[at + i]
 
 
 @kernel

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..beam import BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION
+from ..beam import BEND_Y, BEND_Z, HELIX, LENGTH, SHEAR_Y, SHEAR_Z, TORSION
 from ..spatial_strain import slopes
 
 
@@ -26,6 +26,18 @@ def end_rows(length: float) -> np.ndarray:
     rows[6, [4, 10]] = 0.5, -0.5
     rows[7, 8] = length
     return rows
+
+
+def helices(rows: np.ndarray, shape: np.ndarray, counts: tuple[int, ...], weights: np.ndarray) -> np.ndarray:
+    """(T, 1 + t, .) products of the twists' slopes in the elongation that each tension sees, with zeros.
+
+    The coordinates are half the difference of the ends' twists and t modes that twist; weights (T, E) are the
+    elongation's per element, over its length.
+    """
+    twist = np.concatenate([shape[:, 3, [9]] - shape[:, 3, [3]], shape[:, 3, 12 + sum(counts[:3]) :]], axis=1)
+    wound = np.diff(twist, axis=0).T
+    made = np.einsum("te,e,ae,be->tab", weights, rows[:, HELIX], wound, wound)
+    return np.pad(made, ((0, 0), (0, 0), (0, -made.shape[2] % 4)))
 
 
 def turning_products(
