@@ -183,7 +183,7 @@ def reduced_terms(reduction, dofs, chain, work, n, w):
         spatial_reduced_coupling.inertia_coupling(size, data, own, e, start, end, inertia)
     if scale > 0.0:
         for j in range(size[TENSIONS]):
-            reduced_link.tension_row(size, own, e, b, j, scale * data[size[TENSION] + j])
+            reduced_link.tension_row(size, data, own, e, b, j, scale * data[size[TENSION] + j])
     reduced_link.eliminate_modes(size, own, b, w)
     return True
 

@@ -89,7 +89,8 @@ def deflections(formulation: str) -> np.ndarray:
     low_pass = TransferFunction([157.91], [1.0, 22.62, 157.91])
     columns = []
     for k, quiet in ((0, 1.0), (1, 0.2)):
-        raw = 2.0 / 3.0 * LENGTH[k] / THICKNESS[k] * run.sensors[f"gauge_{k + 1}"].reshape(len(run.time), -1)[:, 0]
+        strain = run.sensors[f"gauge_{k + 1}"].reshape(len(run.time), -1)[:, 0]
+        raw = 2.0 / 3.0 * LENGTH[k] / THICKNESS[k] * strain
         _, filtered, _ = lsim(low_pass, raw, run.time)
         columns.append(filtered - np.mean(filtered[run.time <= quiet]))
     return np.column_stack(columns)

@@ -64,7 +64,7 @@ from .layout import (
     Y_MODES,
     Z_MODES,
 )
-from .turning import add_wound_forces, fours, wound_elongation, write_twists
+from .turning import add_wound_forces, fours, wound_elongation, wound_gradient, write_twists
 
 
 @kernel
@@ -236,7 +236,7 @@ def elongation(size, data, own, d, v, first, b, piece, pieces):
 
 
 @kernel
-def tension_row(size, own, e, b, j, stiffness):
+def tension_row(size, data, own, e, b, j, stiffness):
     """Fill in the row of tension j and the modes' entries for it."""
     width, rows, wide = size[WIDTH], size[PIVOTS], size[LATERAL_Y]
     axial, y, z = size[AXIALS], size[Y_MODES], size[Z_MODES]
@@ -261,6 +261,12 @@ def tension_row(size, own, e, b, j, stiffness):
         own[at + 2], own[at + 4], own[at + 8], own[at + 10] = w2, -t2, w1, -t1
         for i in range(z):
             own[entry + i * width] = own[slope + 4 + i]
+        count = 1 + size[MODES] - axial - y - z
+        wound_gradient(size, data, own, count, j)
+        wound, entry = size[WOUND] + 2 * fours(count), entry + z * width
+        own[at + 3], own[at + 9] = 0.5 * own[wound], -0.5 * own[wound]
+        for i in range(count - 1):
+            own[entry + i * width] = own[wound + 1 + i]
     if j == 0:
         own[at], own[at + b] = 1.0, -1.0
 

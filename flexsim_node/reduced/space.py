@@ -37,11 +37,12 @@ from .layout import (
     TURN_GRAM,
     TURN_MIX,
     TURNED,
+    WOUND,
     Y_MODES,
     Z_MODES,
 )
 from .link import elastic_forces, middle_forces, products, slope_energy, slopes, stiffen
-from .turning import add_turning
+from .turning import add_turning, write_twists
 
 
 @kernel
@@ -86,6 +87,7 @@ def shape(size, data, own, e, d, first):
     """Write what the displacements d alone decide: coefficients, half gradients of the squared slopes."""
     centreline(e, size, flat(d), first, 1.0, own, size[LINE])
     slopes(size, data, own, 6)
+    write_twists(size, flat(d), first, own, size[WOUND])
     if e[INERTIA_Y] + e[INERTIA_Z] > 0.0:
         rotation(e, size, flat(d), first, own, size[TURN])
         n, phi, t = size[ROTATION], size[TURN], size[TURNED]

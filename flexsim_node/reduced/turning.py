@@ -103,15 +103,21 @@ def write_twists(size, rows, first, own, at):
 
 
 @kernel
+def wound_gradient(size, data, own, count, j):
+    """Write half the gradient of the squared twists that tension j sees behind the twists and their rates."""
+    n, at = fours(count), size[WOUND]
+    combine(count, own, at, data, size[HELICES] + j * count * n, n, own, at + 2 * n, n)
+
+
+@kernel
 def wound_elongation(size, data, own, j, still, beta):
     """How much the twist stretches the link in tension j, (T2): still times that, and beta times its rate.
 
     `write_twists` has written twists and rates into own[WOUND:]; their half gradient follows these.
     """
     count = 1 + size[MODES] - size[AXIALS] - size[Y_MODES] - size[Z_MODES]
-    n = fours(count)
-    at = size[WOUND]
-    combine(count, own, at, data, size[HELICES] + j * count * n, n, own, at + 2 * n, n)
+    wound_gradient(size, data, own, count, j)
+    n, at = fours(count), size[WOUND]
     return 0.5 * still * dot(n, own, at, own, at + 2 * n) + beta * dot(n, own, at + n, own, at + 2 * n)
 
 

@@ -1,4 +1,4 @@
-"""Sections and twists of a reduced link to second order: with all modes kept, they do what the full link's do.
+"""Sections and twists of a reduced link to second order: with all modes kept, they do what the full one's do.
 
 The line's mass is taken out, which the full model shifts along its elements and the reduced one does not.
 """
