@@ -5,9 +5,10 @@ from __future__ import annotations
 from .chain import COORDINATES, FIXED, KIND, MOTOR, Q
 from .closure import keep_closed, linearise_loops
 from .dynamics import imbalance
-from .factorization import factorize, set_scale, solve
+from .factorization import factorize, set_scale
 from .friction import rub_by_rate, rub_smoothly, stick
 from .kernel import kernel
+from .substitution import solve
 
 # what a step says happened
 OK, NOT_FINITE, SINGULAR, NOT_CONVERGED, LOOP_OPEN, NOT_VALID, FRICTION_TOO_STIFF = range(7)

@@ -44,10 +44,10 @@ from .chain import (
     Q,
 )
 from .co_moving import closing, gather_wrenches
-from .factorization import solve
 from .kernel import kernel
 from .kinematics import accelerate, gather, place, spatial_row
 from .section_turn import carried, carried_acceleration, carried_rate, force_on_turn
+from .substitution import solve
 
 # columns of Workspace.closure after G and M^-1 G^T: S and, behind it, these
 DEFECT, FORCE, ORDER, SCALE = range(4)

@@ -27,10 +27,11 @@ from .acceleration import NOT_CONVERGED, OK, SINGULAR
 from .chain import ALPHA, BETA, COORDINATES, Workspace
 from .closure import keep_closed, linearise_loops
 from .dynamics import residual
-from .factorization import factorize, set_scale, solve
+from .factorization import factorize, set_scale
 from .friction import stick
 from .kernel import kernel
 from .model import Model
+from .substitution import solve
 
 
 @kernel

@@ -24,8 +24,8 @@ from math import tanh
 
 from .chain import COORDINATES, COULOMB, COULOMB_SPEED, MOTOR, PHI, Q
 from .closure import CLOSING_STEPS, close, project
-from .factorization import solve
 from .kernel import kernel
+from .substitution import solve
 
 # columns of Workspace.rubbing, a row for each joint with Coulomb friction: Y (n), W (k), a matrix (k), and
 # then the friction, the joint's rate, whether it was at rest (the acceleration decides then), its share in

@@ -19,8 +19,9 @@ from .chain import FIXED, KIND, ROTOR, Chain, workspace
 from .closure import keep_closed, linearise_loops, project
 from .dynamics import residual, stiffness_times
 from .element import stiffening
-from .factorization import factorize, set_scale, solve
+from .factorization import factorize, set_scale
 from .kinematics import place
+from .substitution import solve
 from .tables import Tables
 
 if TYPE_CHECKING:

@@ -25,9 +25,10 @@ from ..chain import BETA
 from ..closure import keep_closed, linearise_loops
 from ..dynamics import imbalance
 from ..external import load_at
-from ..factorization import factorize, set_scale, solve
+from ..factorization import factorize, set_scale
 from ..friction import close_resting, rub, rub_by_rate, stand_still, stay
 from ..kernel import kernel
+from ..substitution import solve
 from ..watch import valid
 
 ORDER = 2

@@ -8,7 +8,7 @@ from flexsim_node import SceneError, load_scene, natural_frequencies, static_equ
 from flexsim_node.acceleration import acceleration
 from flexsim_node.chain import ACCELERATION, COUNT, DISPLACEMENT, FIRST, RATE, workspace
 from flexsim_node.dynamics import link_forces, residual, stiffness_times
-from flexsim_node.factorization import factorize, set_scale, solve
+from flexsim_node.factorization import factorize, set_scale
 from flexsim_node.kinematics import place, shape
 from flexsim_node.linearization import unknown_names
 from flexsim_node.model import build_model
@@ -17,6 +17,7 @@ from flexsim_node.reduced import space
 from flexsim_node.reduced.layout import MODES, SHAPE
 from flexsim_node.sensors import Sensors
 from flexsim_node.statics import rest_shape
+from flexsim_node.substitution import solve
 from flexsim_node.tangent import differences
 
 INERTIA = [[0.02, 0.001, 0.002], [0.001, 0.03, -0.003], [0.002, -0.003, 0.025]]
