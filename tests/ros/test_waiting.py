@@ -268,10 +268,10 @@ def test_a_scene_that_stops_at_once(tmp_path: Path) -> None:
     for one in found.values():
         assert list(one["scores"]) == ["nominal"]
         assert one["scores"]["nominal"]["lost"]
-        assert (
-            "the solver has stopped: link_1: the elastic rotation reaches"
-            in one["scores"]["nominal"]["reason"]
-        )
+        assert "the solver has stopped: " in one["scores"]["nominal"]["reason"]
+    # 10 kN m can take the first step beyond all bounds before the beam's rotation is looked at
+    (held,) = (one for name, one in found.items() if "holds" in name)
+    assert "link_1: the elastic rotation reaches" in held["scores"]["nominal"]["reason"]
 
 
 @pytest.mark.parametrize("how", ["follow", "move"])
