@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from flexsim_node.step_cost import step_costs
 CONFIG = Path(__file__).parents[1] / "config"
 ELEMENTS = (1, 2, 4, 8)
 METHODS = ("rosenbrock_w", "generalized_alpha", "runge_kutta_4")
-ROUNDS = 60
+ROUNDS = 40
 
 
 def chain(links: int, spatial: bool, elements: int, **keys: Any) -> Scene:
@@ -76,6 +77,7 @@ def figures(quick: bool) -> list[dict[str, Any]]:
             "scene": what, "elements": elements, "erls_us": 1e6 * costs["erls"].step,
             "ratio": moving.ratio, "spread": moving.spread,
         })  # fmt: skip
+        print(f"{what}, {elements}: {moving.ratio:.2f} ± {moving.spread:.2f}", file=sys.stderr, flush=True)
     return found
 
 

@@ -13,6 +13,13 @@ from .schema import HELD_BY_FRAMES, Erls, Scene
 DOUBLINGS = 2  # of elements and steps, at most, until their part in a distance no longer decides
 MOST_ELEMENTS = 16  # a link, to which that goes
 
+CO_MOVING_UP_TO = {
+    "rosenbrock_w": {"chord": 1, "root": 2},
+    "generalized_alpha": {"chord": 4, "root": 2},
+    "runge_kutta_4": {"chord": 4, "root": 4},
+}
+"""Elements a link up to which co-moving frames are the cheaper ones, by integrator and zeroed dofs."""
+
 
 @dataclass(frozen=True)
 class Apart:
@@ -79,8 +86,8 @@ def in_formulation(scene: Scene, name: str) -> Scene:
     keys = scene.model_dump()
     keys["formulation"] = name
     if name == "co_moving":
-        if isinstance(scene.erls.zeroed, str):
-            keys["erls"] = {"zeroed": "root"}
+        if scene.erls.zeroed == "chord":
+            keys["erls"] = {"zeroed": "auto"}  # the chord again, should it come back
         for effect in HELD_BY_FRAMES:
             if keys["effects"][effect] == "auto":
                 keys["effects"][effect] = True
@@ -240,19 +247,21 @@ def choose_formulation(
         if not found.most <= worst.most:
             worst = found
         if not worst.most <= allowed:
+            if worst.refused:
+                return Chosen(moving, f"erls does not go as far: {worst.refused}", worst)
             beyond = "perhaps beyond" if worst.distance - worst.unsure <= allowed else "beyond"
-            return Chosen(moving, f"erls {said(worst)}, {beyond} the {limit}", worst)
+            return Chosen(
+                moving, f"erls is {said(worst)} in a run of the envelope, {beyond} the {limit}", worst
+            )
     longest = max(trial.duration for trial in trials)
     seen = hull(scene.joint_names, [trial.motion for trial in trials], longest, (), "erls")
-    why = f"it {said(worst)} at most over the envelope, within the {limit}"
+    why = f"it is {said(worst)} at most over the envelope, within the {limit}"
     return Chosen(erls, f"{why}{mesh}" if mesh else f"the cheaper one: {why}", worst, seen)
 
 
 def said(apart: Apart) -> str:
     """How far the formulations are apart, in words."""
-    if apart.refused:
-        return f"has no distance from co_moving ({apart.refused})"
-    return f"is {millimetres(apart.distance)} ± {millimetres(apart.unsure)} from {apart.own}"
+    return f"{millimetres(apart.distance)} ± {millimetres(apart.unsure)} from {apart.own}"
 
 
 def twice_the_elements(trial: Trial) -> float:
@@ -261,11 +270,15 @@ def twice_the_elements(trial: Trial) -> float:
 
 
 def cheaper_co_moving(scene: Scene) -> bool:
-    """Whether a step costs less in co-moving frames, by what the scene is made of.
+    """Whether a step costs less in co-moving frames than in the ERLS, by what the scene is made of.
 
-    Measured with benchmarks/formulation_cost.py.
+    By the integrator, the zeroed dofs, and the mean number of elements of the links that bend; measured with
+    benchmarks/formulation_cost.py.
     """
-    return False
+    bending = [k.beam.elements for k in scene.links if k.beam is not None and k.flexible]
+    zeroed = "root" if scene.erls.zeroed == "root" else "chord"
+    most = CO_MOVING_UP_TO.get(scene.solver.method, {}).get(zeroed, 0)
+    return bool(bending) and sum(bending) <= most * len(bending)
 
 
 def swinging_roots(scene: Scene) -> str:

@@ -114,8 +114,8 @@ class RobotStudy:
             self.taken = f"The formulation is left to auto; this study is in erls, for {problem}."
             return
         self.given["formulation"] = "co_moving"
-        if zeroed not in ("root", "auto"):
-            self.given["erls.zeroed"] = "root"
+        if zeroed == "chord":
+            self.given["erls.zeroed"] = "auto"
             self.others["erls"] = {"erls.zeroed": zeroed}
         self.taken = (
             "The formulation is left to auto: the reference is in co_moving, and each point says which it"

@@ -140,14 +140,19 @@ class RobotGrid:
     def _reductions(self) -> Iterator[Point]:
         if not self.flexible:
             return
-        if self.refusal(self.meshed(4, 2)):
-            yield Point("reduced links", EFFECT_STEP, {"solver.step": EFFECT_STEP, **self.meshed(4, 2)})
+        # Where the formulation is open reduced links are those of the ERLS, which alone takes them.
+        erls = self.other_formulations().get("erls", {}) if self.own else {}
+        said = "erls, " if erls else self.own
+        if self.refusal({**erls, **self.meshed(4, 2)}):
+            changed = {"solver.step": EFFECT_STEP, **erls, **self.meshed(4, 2)}
+            yield Point("reduced links", EFFECT_STEP, changed)
             return
         for n, counts in {4: (2,)}.items() if self.quick else MODES.items():
             for modes in counts:
                 for step in self.steps[:1] if self.quick else REDUCED_STEPS:
-                    changed = {"solver.method": REAL_TIME[0], "solver.step": step, **self.meshed(n, modes)}
-                    yield Point(f"{REAL_TIME[0]}{mesh_said(n)}, {modes} modes", step, changed)
+                    solver = {"solver.method": REAL_TIME[0], "solver.step": step}
+                    changed = {**solver, **erls, **self.meshed(n, modes)}
+                    yield Point(f"{said}{REAL_TIME[0]}{mesh_said(n)}, {modes} modes", step, changed)
 
     def _variants(self) -> list[tuple[str, dict[str, Any]]]:
         """Zeroed dofs and what --vary asks for, one at a time."""
