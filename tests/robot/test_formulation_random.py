@@ -8,7 +8,8 @@ from flexsim_node import load_scene, resolve_effects, simulate
 from flexsim_node.formulations import nothing_left_out
 from flexsim_node.torque_profile import torque_profile
 
-FEW, NIGHTLY = 3, 60
+FEW = (3, 8, 15)  # seeds: co_moving and the ERLS, effects left to auto and not
+NIGHTLY = 60
 
 
 def random_scene(random):
@@ -56,9 +57,9 @@ def used(seed):
 
 def test_a_few_random_scenes():
     """Whatever was taken and left out, the tip is within the tolerance of the exact one, or that is told."""
-    for seed in range(FEW):
-        found = used(seed)
-        assert found is None or found[1] <= found[2] or found[3], (seed, found)
+    several = [used(seed) for seed in FEW]
+    assert {row[0] for row in several} == {"erls", "co_moving"}
+    assert all(row[1] <= row[2] or row[3] for row in several), several
 
 
 @pytest.mark.nightly
