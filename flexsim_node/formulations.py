@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from pydantic import ValidationError
 
+from .dofs import is_planar
 from .effects import Drive, Trial, envelope_trials, everything_open_on, millimetres
 from .envelope import Envelope, hull
 from .schema import HELD_BY_FRAMES, Erls, Scene
@@ -14,11 +15,15 @@ DOUBLINGS = 2  # of elements and steps, at most, until their part in a distance 
 MOST_ELEMENTS = 16  # a link, to which that goes
 
 CO_MOVING_UP_TO = {
-    "rosenbrock_w": {"chord": 1, "root": 2},
-    "generalized_alpha": {"chord": 4, "root": 2},
-    "runge_kutta_4": {"chord": 4, "root": 4},
+    ("rosenbrock_w", "chord"): (1, 1),
+    ("rosenbrock_w", "root"): (2, 4),
+    ("generalized_alpha", "chord"): (4, 4),
+    ("generalized_alpha", "root"): (2, 4),
+    ("runge_kutta_4", "chord"): (4, 4),
+    ("runge_kutta_4", "root"): (2, 2),
 }
-"""Elements a link up to which co-moving frames are the cheaper ones, by integrator and zeroed dofs."""
+"""Elements a link up to which co-moving frames are the cheaper ones, in the plane and in space."""
+IN_LOOPS = 2  # at least, where loops close the robot: closing costs both the same
 
 
 @dataclass(frozen=True)
@@ -202,8 +207,8 @@ def choose_formulation(
 
     Co-moving frames hold however far links turn, so that they stand for the truth.  The ERLS is run beside
     them, everything on, on the scene's own motion and on its envelope (envelope_trials).  Where co-moving
-    frames are the cheaper ones (cheaper_co_moving) they are taken if twice the elements change no more than
-    `allowed`; for their mesh's error falls with the second order only, the ERLS' with the fourth.
+    frames are the cheaper ones (cheaper_co_moving) they are taken, unless twice the elements change them by
+    more than `allowed` and the ERLS by less.
 
     Nothing depends on a clock: the same scene always gets the same formulation.
 
@@ -237,9 +242,11 @@ def choose_formulation(
     limit = f"{millimetres(allowed)} that the tolerance leaves"
     mesh = ""
     if cheaper_co_moving(linear):
-        change = max(twice_the_elements(trial) for trial in trials)
-        if change <= allowed:
-            return Chosen(moving, "here it is the cheaper one, and exact however far links turn")
+        change = max(twice_the_elements(trial, moving) for trial in trials)
+        same = change > allowed and max(twice_the_elements(trial, linear) for trial in trials) > allowed
+        if change <= allowed or same:
+            coarse = f"; but twice the elements change either by {millimetres(change)} or so" if same else ""
+            return Chosen(moving, f"the cheaper one, and exact however far links turn{coarse}")
         mesh = f"; the cheaper co_moving needs more elements: twice as many change {millimetres(change)}"
     worst = Apart("co_moving", "erls", 0.0, 0.0)
     for trial in trials:
@@ -264,20 +271,27 @@ def said(apart: Apart) -> str:
     return f"{millimetres(apart.distance)} ± {millimetres(apart.unsure)} from {apart.own}"
 
 
-def twice_the_elements(trial: Trial) -> float:
-    """m that twice the elements change of a trial's run; infinite where they have none."""
-    return trial.distance(more_elements(trial.scene, 2))[0] if elements(trial.scene) else 0.0
+def twice_the_elements(trial: Trial, scene: Scene) -> float:
+    """m that twice the elements change in a trial's run of a scene; infinite where it has none."""
+    try:
+        return trial.of(scene).distance(more_elements(everything_open_on(scene), 2))[0]
+    except ArithmeticError:
+        return float("inf")
 
 
 def cheaper_co_moving(scene: Scene) -> bool:
     """Whether a step costs less in co-moving frames than in the ERLS, by what the scene is made of.
 
-    By the integrator, the zeroed dofs, and the mean number of elements of the links that bend; measured with
-    benchmarks/formulation_cost.py.
+    By the integrator, the zeroed dofs, plane or space, loops, and the mean number of elements of the links
+    that bend; measured with benchmarks/formulation_cost.py.  Adaptive methods were not: there the ERLS counts as
+    the cheaper one.
     """
     bending = [k.beam.elements for k in scene.links if k.beam is not None and k.flexible]
     zeroed = "root" if scene.erls.zeroed == "root" else "chord"
-    most = CO_MOVING_UP_TO.get(scene.solver.method, {}).get(zeroed, 0)
+    plane, space = CO_MOVING_UP_TO.get((scene.solver.method, zeroed), (0, 0))
+    most = plane if is_planar(scene) else space
+    if scene.loops and most > 0:
+        most = max(most, IN_LOOPS)
     return bool(bending) and sum(bending) <= most * len(bending)
 
 

@@ -11,6 +11,7 @@ from flexsim_node.formulations import DOUBLINGS, distance_of, finer, in_formulat
 from flexsim_node.model import build_model
 from flexsim_node.schema import Undecided
 from flexsim_node.simulation import Simulation
+from flexsim_node.step_cost import step_costs
 from flexsim_node.tables import Tables
 from flexsim_node.torque_profile import torque_profile
 
@@ -206,6 +207,50 @@ def test_steps_and_meshes_are_no_matter_of_the_formulation():
     assert found.most <= 0.4 * coarse
     assert finer(scene, 2).solver.step == 2e-3
     assert finer(scene, 2).links[0].beam.elements == 4
+
+
+@pytest.mark.parametrize(
+    ("method", "zeroed", "elements", "formulation"),
+    [
+        ("rosenbrock_w", "auto", 1, "co_moving"),
+        ("rosenbrock_w", "auto", 2, "erls"),
+        ("rosenbrock_w", "root", 2, "co_moving"),
+        ("generalized_alpha", "chord", 4, "co_moving"),
+    ],
+)
+def test_the_cheaper_one_is_that_whose_steps_cost_less(method, zeroed, elements, formulation):
+    """Where both hold, what is taken is the one that steps faster, measured side by side."""
+    scene = arm(STIFF, tolerance=1e-2, elements=elements, solver={"method": method}, erls={"zeroed": zeroed})
+    decision = resolve_effects(scene)
+    assert decision.scene.formulation == formulation
+    assert "the cheaper one" in decision.sentences()[0]
+    costs = step_costs({name: in_formulation(scene, name) for name in ("erls", "co_moving")}, rounds=25)
+    dearer = costs["co_moving"].ratio if formulation == "erls" else 1.0 / costs["co_moving"].ratio
+    assert dearer > 0.97
+
+
+def test_a_mesh_that_is_too_coarse_for_the_tolerance_is_said():
+    """One element a link: both formulations would need more, and neither is the better one for it."""
+    decision = resolve_effects(arm(2e9, tolerance=1e-4, elements=1, duration=0.05))
+    assert decision.scene.formulation == "co_moving"
+    assert "twice the elements change either by" in decision.sentences()[0]
+
+
+def test_cheap_frames_are_not_taken_where_only_they_need_more_elements(monkeypatch):
+    """Were the ERLS good enough with its mesh and co-moving frames not, the ERLS would be taken."""
+    from flexsim_node import formulations
+
+    changes = {"co_moving": 1e-3, "erls": 1e-6}
+    monkeypatch.setattr(formulations, "twice_the_elements", lambda _, scene: changes[scene.formulation])
+    chosen = formulations.choose_formulation(arm(STIFF, elements=1, duration=0.05), 1e-4, 2e-4)
+    assert chosen.scene.formulation == "erls"
+    assert "the cheaper co_moving needs more elements: twice as many change 1 mm" in chosen.sentence()
+
+
+def test_a_scene_that_runs_in_neither_is_said():
+    """Nothing is decided by runs that stop."""
+    with pytest.raises(ArithmeticError, match="the run that effects are judged by stopped at"):
+        resolve_effects(arm(STIFF, solver={"method": "runge_kutta_4", "step": 1e-3}))
 
 
 @pytest.mark.parametrize(
