@@ -283,8 +283,8 @@ def cheaper_co_moving(scene: Scene) -> bool:
     """Whether a step costs less in co-moving frames than in the ERLS, by what the scene is made of.
 
     By the integrator, the zeroed dofs, plane or space, loops, and the mean number of elements of the links
-    that bend; measured with benchmarks/formulation_cost.py.  Adaptive methods were not: there the ERLS counts as
-    the cheaper one.
+    that bend; measured with benchmarks/formulation_cost.py.  Adaptive methods were not: there the ERLS counts
+    as the cheaper one.
     """
     bending = [k.beam.elements for k in scene.links if k.beam is not None and k.flexible]
     zeroed = "root" if scene.erls.zeroed == "root" else "chord"
