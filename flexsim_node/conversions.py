@@ -308,7 +308,7 @@ def erls_said(chosen: Chosen) -> str:
     """Return how far the ERLS is from co-moving frames at most, over the envelope, m."""
     apart = chosen.apart
     if apart is None or apart.refused:
-        return "not known"
+        return "not measured" if apart is None else f"not known: {apart.refused}"
     return f"{apart.distance:.3g} +- {apart.unsure:.3g}"
 
 

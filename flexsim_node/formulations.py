@@ -274,7 +274,8 @@ def said(apart: Apart) -> str:
 def twice_the_elements(trial: Trial, scene: Scene) -> float:
     """m that twice the elements change in a trial's run of a scene; infinite where it has none."""
     try:
-        return trial.of(scene).distance(more_elements(everything_open_on(scene), 2))[0]
+        run = trial if scene.formulation == trial.scene.formulation else trial.of(scene)
+        return run.distance(more_elements(run.scene, 2))[0]
     except ArithmeticError:
         return float("inf")
 

@@ -109,6 +109,20 @@ def test_everything_takes_the_same_formulation():
         assert np.array_equal(natural_frequencies(scene, [0, 0]), natural_frequencies(decided, [0, 0]))
 
 
+def test_a_payload_that_comes_in_flight_changes_no_decision():
+    """It is decided once, for all that the robot carries; other faults set in flight leave it so."""
+    drop = [{"kind": "payload", "link": "l2", "mass": 0.1, "start": 0.02, "end": 0.04}]
+    for modulus in (SOFT, STIFF):
+        scene = arm(modulus, faults=drop)
+        taken = resolve_effects(scene).scene.formulation
+        flown = Simulation(scene)
+        assert flown.scene.formulation == taken
+        assert {model.scene.formulation for _, model in flown._plants} == {taken}
+        flown.set_faults(arm(modulus))
+        assert flown.model.scene.formulation == taken
+        assert simulate(scene, duration=0.06).status == "ok"
+
+
 def test_the_same_scene_gets_the_same_decision():
     """Made anew, with nothing kept, it is the same to the last digit."""
     from flexsim_node.decision import _resolved

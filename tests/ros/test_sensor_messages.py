@@ -103,5 +103,5 @@ def test_a_decided_formulation_in_diagnostics() -> None:
     assert status.message == decision.sentences()[0]
     apart = decision.chosen.apart
     assert values["erls from co_moving, m"] == (
-        "not known" if apart is None else f"{apart.distance:.3g} +- {apart.unsure:.3g}"
+        "not measured" if apart is None else f"{apart.distance:.3g} +- {apart.unsure:.3g}"
     )
