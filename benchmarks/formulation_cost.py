@@ -34,7 +34,7 @@ def chain(links: int, spatial: bool, elements: int, **keys: Any) -> Scene:
     links_ = [{"name": f"link_{k}", "dh": dh, "beam": beam, "joint": joint} for k in range(links)]
     return load_scene({
         "model": "robot", "name": f"chain_{links}", "gravity": [1.0, -1.0, -0.5 if spatial else 0.0],
-        "damping": {"beta": 1e-4}, "links": links_, **keys,
+        "links": links_, **{"damping": {"beta": 1e-4}, **keys},
     })  # fmt: skip
 
 
@@ -57,6 +57,12 @@ def scenes(quick: bool) -> Iterator[tuple[str, int, dict[str, Scene]]]:
                         scene = chain(links, spatial, elements, solver=solver, erls={"zeroed": zeroed})
                         what = f"{links} links in {'space' if spatial else 'the plane'}, {method}, {zeroed}"
                         yield what, elements, both(scene)
+                        if method == METHODS[0] and not spatial and not quick:
+                            scene = chain(
+                                links, False, elements, solver=solver, erls={"zeroed": zeroed},
+                                damping={"alpha": 2.0, "beta": 1e-4},
+                            )  # fmt: skip
+                            yield f"{what}, alpha", elements, both(scene)
         if not quick:
             for name in ("four_bar", "delta"):
                 yield f"{name}, a loop, rosenbrock_w, chord", elements, both(mechanism(name, elements))

@@ -24,6 +24,7 @@ CO_MOVING_UP_TO = {
 }
 """Elements a link up to which co-moving frames are the cheaper ones, in the plane and in space."""
 IN_LOOPS = 2  # at least, where loops close the robot: closing costs both the same
+WITH_ALPHA = 1  # at most, where Rayleigh's alpha damps the elastic velocity: it costs co-moving frames more
 
 
 @dataclass(frozen=True)
@@ -283,9 +284,9 @@ def twice_the_elements(trial: Trial, scene: Scene) -> float:
 def cheaper_co_moving(scene: Scene) -> bool:
     """Whether a step costs less in co-moving frames than in the ERLS, by what the scene is made of.
 
-    By the integrator, the zeroed dofs, plane or space, loops, and the mean number of elements of the links
-    that bend; measured with benchmarks/formulation_cost.py.  Adaptive methods were not: there the ERLS counts
-    as the cheaper one.
+    By the integrator, the zeroed dofs, plane or space, loops, alpha, and the mean number of elements of the
+    links that bend; measured with benchmarks/formulation_cost.py.  Adaptive methods were not: there the ERLS
+    counts as the cheaper one.
     """
     bending = [k.beam.elements for k in scene.links if k.beam is not None and k.flexible]
     zeroed = "root" if scene.erls.zeroed == "root" else "chord"
@@ -293,6 +294,8 @@ def cheaper_co_moving(scene: Scene) -> bool:
     most = plane if is_planar(scene) else space
     if scene.loops and most > 0:
         most = max(most, IN_LOOPS)
+    if scene.effects.damping and scene.damping.alpha > 0.0 and scene.damping.alpha_form == "elastic":
+        most = min(most, WITH_ALPHA)
     return bool(bending) and sum(bending) <= most * len(bending)
 
 
