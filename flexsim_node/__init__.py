@@ -1,7 +1,7 @@
 """The flexible robot: scene -> model -> equations -> integrators -> simulate."""
 
 from . import kept_kernels  # noqa: F401  before any kernel is loaded
-from .effects import Decision, resolve_effects
+from .decision import Decision, resolve_effects
 from .linearization import LinearModel, linearize
 from .modes import Modes, mode_shapes, natural_frequencies
 from .scene import Scene, SceneError, load_scene

@@ -25,7 +25,8 @@ from sensor_msgs.msg import JointState, PointCloud2, PointField
 from simulation_interfaces.msg import EntityState
 
 from .commands import Commands
-from .effects import Decision
+from .decision import Decision
+from .formulations import Chosen
 from .link_motion import LinkMotion
 from .model import Model
 from .pace import SECOND
@@ -292,12 +293,23 @@ def diagnostics(
 
 
 def effects_status(decision: Decision, scene_name: str) -> DiagnosticStatus:
-    """Return which effects the scene left open, what each changes, and which are off."""
+    """Return what the scene left open: the formulation taken, what each effect changes, which are off."""
     values = {c.name: f"{'off' if c.name in decision.left_out else 'on'}, {c.change:.3g} m without it"
               for c in decision.changes}  # fmt: skip
     values["tolerance, m"] = f"{decision.tolerance:g}"
     values["left out together, m"] = f"{decision.together:.3g}"
-    return _status("effects", DiagnosticStatus.OK, decision.sentences()[-1], scene_name, values)
+    if decision.chosen is not None:
+        values["formulation"] = decision.scene.formulation
+        values["erls from co_moving, m"] = erls_said(decision.chosen)
+    return _status("effects", DiagnosticStatus.OK, decision.summary(), scene_name, values)
+
+
+def erls_said(chosen: Chosen) -> str:
+    """Return how far the ERLS is from co-moving frames at most, over the envelope, m."""
+    apart = chosen.apart
+    if apart is None or apart.refused:
+        return "not measured" if apart is None else f"not known: {apart.refused}"
+    return f"{apart.distance:.3g} +- {apart.unsure:.3g}"
 
 
 def _microseconds(name: str, p50: float | None, p99: float, worst: float) -> dict[str, str]:

@@ -1,21 +1,18 @@
-"""What each effect changes at the tip: measured on the scene itself, and decided against its tolerance."""
+"""What each effect changes at the tip, measured on the scene: on its own motion and over its envelope."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from .dofs import is_planar
-from .envelope import Envelope, hull
 from .jumps import torque_jumps
-from .schema import HELD_BY_FRAMES, Effects, Scene
+from .schema import HELD_BY_FRAMES, Effects, Scene, Undecided
 from .torque_profile import torque_profile
 
 SAMPLES = 400  # of a run's tip
-SHARE = 0.5  # of the tolerance that what is left out may change: between the envelope's runs it may be more
 MOST_TORQUES = 20_000  # looked at for an envelope's largest
 REST = 1e-9  # rad or m: joints that move no further are at rest
 Drive = Callable[[float], np.ndarray] | None
@@ -39,48 +36,6 @@ class Change:
     change: float
     relative: float
     trouble: str = ""
-
-
-@dataclass(frozen=True)
-class Decision:
-    """Which of the effects that a scene leaves open (`auto`) are simulated, and why.
-
-    Attributes
-    ----------
-    scene : every effect decided
-    tolerance : m at the tip
-    changes : of every open effect alone, the smallest first
-    left_out : those that are off; together : m that they change together, at most over the envelope
-    envelope : what the decision holds for; None where nothing that could matter is left out
-    at_rest : whether the scene does not move, which decides nothing
-    """
-
-    scene: Scene
-    tolerance: float
-    changes: tuple[Change, ...]
-    left_out: tuple[str, ...]
-    together: float
-    envelope: Envelope | None = None
-    at_rest: bool = False
-
-    def sentences(self) -> list[str]:
-        """A line for each open effect, and one for all that are left out."""
-        lines = [
-            f"{c.name}: {'off' if c.name in self.left_out else 'on'},"
-            f" without it the tip is {millimetres(c.change)} off" + (f" ({c.trouble})" if c.trouble else "")
-            for c in self.changes
-        ]
-        what = ", ".join(self.left_out) or "nothing"
-        if self.at_rest:
-            lines.append(
-                "left out: nothing; the tips move by less than the tolerance, which decides nothing: give the"
-                " scene a torque or a start that moves them"
-            )
-            return lines
-        lines.append(
-            f"left out: {what}; together {millimetres(self.together)} of {millimetres(self.tolerance)}"
-        )
-        return lines
 
 
 def millimetres(length: float) -> str:
@@ -118,10 +73,11 @@ def everything_open_on(scene: Scene) -> Scene:
 
 
 class Trial:
-    """A run of a scene that its effects are judged by.
+    """A run of a scene that its effects and formulations are judged by.  Open effects are on.
 
     Parameters
     ----------
+    scene : its formulation decided
     drive : torque (m,) as a function of time; the scene's own profile where None
     duration : s; the scene's own where None
     louder : times the torques, speeds at the start; beside : (m,) rad or m that the joints begin elsewhere
@@ -140,6 +96,8 @@ class Trial:
         louder: float = 1.0,
         beside: np.ndarray | None = None,
     ) -> None:
+        if scene.formulation == "auto":
+            raise Undecided(f"{scene.name}: a trial is of one formulation; decide it first")
         self.scene = everything_open_on(scene)
         self.drive = drive or torque_profile(scene)
         self.own_drive, self.louder, self.beside = drive is None, louder, beside
@@ -148,6 +106,16 @@ class Trial:
         if trouble:
             raise ArithmeticError(f"{scene.name}: the run that effects are judged by {trouble}")
         self.reach = float(np.max(np.linalg.norm(self.path - self.path[0], axis=-1)))
+
+    def at_rest(self, tolerance: float) -> bool:
+        """Whether its joints stand still, or its tips move by no more than a tolerance, m."""
+        q = self.motion[0]
+        return float(np.max(np.abs(q - q[0]))) <= REST or self.reach <= tolerance
+
+    def of(self, scene: Scene) -> Trial:
+        """The same run of another scene."""
+        drive = None if self.own_drive else self.drive
+        return Trial(scene, drive, self.duration, self.louder, self.beside)
 
     def _tip(self, scene: Scene, keep: bool = False) -> tuple[np.ndarray, str]:
         """Paths (K, tips, 3) of the tips, and why they ended early, or ""; `keep` what the joints did."""
@@ -186,7 +154,7 @@ class Trial:
     def change(self, name: str) -> Change:
         """What switching one effect, or one link's flexibility, does."""
         on = is_on(self.scene, name)
-        if self.scene.formulation == "co_moving" and name in HELD_BY_FRAMES:
+        if self.scene.co_moving and name in HELD_BY_FRAMES:
             trouble = "can't be simulated: co-moving frames hold it by their geometry"
             return Change(name, on, float("inf"), float("inf"), trouble)
         change, trouble = self.distance(with_effect(self.scene, name, not on))
@@ -240,76 +208,3 @@ def without_meaning(scene: Scene) -> set[str]:
 def _no_torque(scene: Scene) -> Callable[[float], np.ndarray]:
     zero = np.zeros(len(scene.joints))
     return lambda t: zero
-
-
-def resolve_effects(
-    scene: Scene, drive: Drive = None, duration: float | None = None, tolerance: float | None = None
-) -> Decision:
-    """Decide the effects that a scene leaves open by what leaving them out changes at the tip.
-
-    Each is measured alone, on the scene's motion and on the widest of its envelope (see envelope_trials);
-    then, the least important first, as many are left out as together stay within SHARE of the tolerance over
-    the whole envelope.  A scene at rest decides nothing.  The scene's own torque profile drives the runs
-    unless `drive` does.  The same scene always gets the same decision.
-
-    Raises
-    ------
-    ArithmeticError
-        where the scene does not run with all of them on
-    """
-    if drive is None and duration is None and tolerance is None:
-        return _resolved(scene.model_dump_json())
-    return _resolve(scene, drive, duration, tolerance)
-
-
-@lru_cache(maxsize=64)
-def _resolved(text: str) -> Decision:
-    return _resolve(Scene.model_validate_json(text), None, None, None)
-
-
-def _resolve(scene: Scene, drive: Drive, duration: float | None, tolerance: float | None) -> Decision:
-    open_effects = scene.effects.undecided
-    limit = scene.tolerance if tolerance is None else tolerance
-    assert limit is not None or not open_effects  # the schema sees to it
-    limit = limit or 0.0
-    if not open_effects:
-        return Decision(scene, limit, (), (), 0.0)
-    own = Trial(scene, drive, duration)
-    absent = without_meaning(own.scene)
-    moved = float(np.max(np.abs(own.motion[0] - own.motion[0][0])))
-    if moved <= REST or own.reach <= limit:
-        changes = sorted((own.change(n) for n in open_effects), key=lambda c: (c.change, c.name))
-        return Decision(own.scene, limit, tuple(changes), (), 0.0, at_rest=True)
-    trials = envelope_trials(scene, own, scene.auto.margin) or [own]
-    found = []
-    for name in open_effects:
-        if name in absent:
-            found.append(Change(name, True, 0.0, 0.0))
-            continue
-        several = [own.change(name), trials[0].change(name)]
-        found.append(max(several, key=lambda c: c.change))
-    changes = sorted(found, key=lambda c: (c.change, c.name))
-    allowed = SHARE * limit
-    out = [c.name for c in changes if c.change <= allowed]
-    decided, together = own.scene, 0.0
-    while out:
-        tried = own.scene
-        for name in out:
-            tried = with_effect(tried, name, False)
-        together = 0.0
-        for trial in [own, *trials] if set(out) - absent else []:
-            together = max(together, trial.distance(tried)[0])
-            if together > allowed:
-                break
-        if together <= allowed:
-            decided = tried
-            break
-        together = 0.0
-        out.pop()
-    missing = tuple(n for n in reversed(out) if n not in absent)
-    seen = None
-    if missing:
-        joints, motions = scene.joint_names, [t.motion for t in (own, *trials)]
-        longest = max(t.duration for t in (own, *trials))
-        seen = hull(joints, motions, longest, missing)
-    return Decision(decided, limit, tuple(changes), tuple(out), together, seen)

@@ -1,4 +1,4 @@
-"""The envelope that effects were decided over, and whether a motion is still within it."""
+"""The envelope that `auto` was decided over, and whether a motion is still within it."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ class Envelope:
     low, high : (m,) rad or m; speed : (m,) rad/s or m/s; torque : (m,) N m or N, both by their size
     duration : s
     left_out : effects that may matter outside, the most important first
+    formulation : that which may not hold outside, where it was decided too, or ""
     """
 
     joints: tuple[str, ...]
@@ -29,6 +30,7 @@ class Envelope:
     torque: np.ndarray
     duration: float
     left_out: tuple[str, ...]
+    formulation: str = ""
 
     def beyond(self, time: float, position: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> str:
         """What has left the envelope, with the figure and the effects that are missing then; else "".
@@ -57,9 +59,17 @@ class Envelope:
         return ""
 
     def _said(self, what: str) -> str:
+        decided = " and ".join(
+            [*(["the formulation"] if self.formulation else []), *(["effects"] if self.left_out else [])]
+        )
+        said = []
+        if self.formulation:
+            said.append(f"{self.formulation} may be off by more than the tolerance: give co_moving")
+        if self.left_out:
+            said.append(f"left out are {', '.join(self.left_out)}: switch them on")
         return (
-            f"auto: {what} that effects were decided over; left out are {', '.join(self.left_out)}:"
-            " switch them on, or decide with a motion like this one (torque, duration, auto.margin)"
+            f"auto: {what} that {decided} {'were' if self.left_out else 'was'} decided over;"
+            f" {'; '.join(said)}, or decide with a motion like this one (torque, duration, auto.margin)"
         )
 
 
@@ -68,6 +78,7 @@ def hull(
     motions: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]],
     duration: float,
     left_out: tuple[str, ...],
+    formulation: str = "",
 ) -> Envelope:
     """The envelope of motions: positions, speeds and torques, (K, m) each."""
     several = list(motions)
@@ -84,4 +95,21 @@ def hull(
         (1 + ROOM) * torque + 1e-9,
         duration,
         left_out,
+        formulation,
+    )
+
+
+def common(one: Envelope, other: Envelope | None) -> Envelope:
+    """What lies in both envelopes, and what may be missing outside of it."""
+    if other is None:
+        return one
+    return Envelope(
+        one.joints,
+        np.maximum(one.low, other.low),
+        np.minimum(one.high, other.high),
+        np.minimum(one.speed, other.speed),
+        np.minimum(one.torque, other.torque),
+        min(one.duration, other.duration),
+        one.left_out or other.left_out,
+        one.formulation or other.formulation,
     )

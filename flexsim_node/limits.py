@@ -21,7 +21,7 @@ def watch_limits(scene: Scene) -> np.ndarray:
     limits = np.array([[np.inf if x is None else x for x in (row.warn, row.stop)] for row in rows])
     if stiffening(scene):
         limits[1], limits[3, 1] = np.inf, np.inf
-    elif scene.formulation == "erls":
+    elif not scene.co_moving:
         limits[6, 0] = min(limits[6, 0], LEFT_OUT)
     return limits
 

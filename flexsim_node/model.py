@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chain import Chain
+from .decision import Decision, resolve_effects
 from .dofs import is_planar
-from .effects import Decision, resolve_effects
 from .erls import erls_condition
 from .scene import Scene, SceneError
 from .tables import Tables
@@ -36,7 +36,7 @@ class Model:
     zeroed : for each link the zeroed dofs, (node, dof) to a direction (6,) in beam axes
     limits : (7, 2) where the validity watch warns and stops
     driven : names of the joints whose motion is prescribed
-    decision : how the scene's open effects (`auto`) were decided; `scene` is the decided one
+    decision : how what the scene leaves open (`auto`) was decided; `scene` is the decided one
     """
 
     scene: Scene
@@ -93,7 +93,7 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         where the zeroed dofs don't define the ERLS
     """
     decision = None
-    if scene.effects.undecided:
+    if scene.undecided:
         decision = resolve_effects(scene)
         scene = decision.scene
     if planar is None:

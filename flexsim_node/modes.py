@@ -10,6 +10,7 @@ from scipy.linalg import eigh, solve_triangular
 from .assembly import Assembly
 from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, bending_stiffness
 from .chain import workspace
+from .decision import decided
 from .element import element_row
 from .model import Model, build_model
 from .observation import Observation
@@ -198,7 +199,7 @@ def section_normals(model: Model, view: Observation) -> np.ndarray:
 
 def spatial_model(scene: Scene) -> Model:
     """The robot in space, with joint coordinates that are the motors' angles: those are what is locked."""
-    return build_model(scene.model_copy(update={"erls": Erls(zeroed="root")}), planar=False)
+    return build_model(decided(scene).model_copy(update={"erls": Erls(zeroed="root")}), planar=False)
 
 
 def matrices(

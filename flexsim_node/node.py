@@ -130,7 +130,7 @@ class FlexsimNode(Node):
         self._commanders: list[str] = []
         self.troubles = 0  # inputs that came to nothing
         for line in robot.model.decision.sentences() if robot.model.decision else ():
-            self.get_logger().info(f"effects: {line}")
+            self.get_logger().info(f"auto: {line}")
         self.get_logger().info(
             f"{self.scene.name}: {robot.model.joints} joints, {robot.model.unknowns} unknowns, "
             f"step {self.timing.step:g} s, {self.settings.mode}; "

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .acceleration import OK
-from .effects import Decision, everything_open_on
+from .decision import Decision
+from .formulations import nothing_left_out
 from .integrators.adaptive import Adaptive
 from .jumps import SLACK, Jumps, Piece, torque_jumps
 from .scene import Scene
@@ -46,7 +47,7 @@ class Run:
     node_names : (N,) link/number
     sensors : name of each of the scene's sensors to its readings, (K,) strain, (K, 10) imu, (K, 7) pose,
         (K, 6) section_force; see sensors.py
-    decision : which effects were simulated, where the scene leaves any to `auto`
+    decision : the formulation and effects that were simulated, where the scene leaves any to `auto`
     """
 
     time: np.ndarray
@@ -250,7 +251,7 @@ def simulate(
             break
     if left and decision is not None and scene.auto.beyond == "switch_on":
         # From its start, so that no motion is made of two robots.
-        on = everything_open_on(scene)
+        on = nothing_left_out(scene)
         again = simulate(on, given, duration, sample_period, prescribed, wrench, jumps, exact_faults)
         said = f"{left}; beyond is switch_on: run again with them"
         return replace(again, warnings=(said, *again.warnings), decision=decision)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ class Simulation:
         self.energies = np.zeros(3)
         self.faults: Faults | None = None
         self._plants = self._build(scene)
-        self.scene = scene = scene.model_copy(update={"effects": self._plants[0][1].scene.effects})
+        self.scene = scene = scene.model_copy(update=opened(self._plants[0][1].scene))
         n = self._plants[0][1].unknowns
         self.x, self.v, self._acceleration = np.zeros(n), np.zeros(n), np.zeros((2, n))
         self._tie()
@@ -86,8 +87,8 @@ class Simulation:
         if planar is None and len(variants) > 1:
             planar = all(is_planar(variant) for _, variant in variants)
         first = build_model(variants[0][1], planar, self.held)
-        # effects left open are decided once
-        decided = {"effects": first.scene.effects}
+        # what is left open is decided once
+        decided = opened(first.scene)
         built = [(variants[0][0], first)]
         for step, variant in variants[1:]:
             built.append((step, build_model(variant.model_copy(update=decided), planar, self.held)))
@@ -144,7 +145,7 @@ class Simulation:
         SceneError, ArithmeticError
             where the robot with its payloads has no initial state; then nothing has changed
         """
-        scene = scene.model_copy(update={"effects": self.scene.effects})
+        scene = scene.model_copy(update=opened(self.scene))
         plants = self._build(scene)
         if plants[0][1].unknowns != len(self.x):
             raise SceneError(f"{scene.name}: faults: a payload changes the robot's degrees of freedom")
@@ -402,6 +403,11 @@ class Simulation:
             y[: self.model.joints][held] = given[held]
             copy_to_motors(self.model, y)
         drive_joints(self.model.chain, self.work, self.motion[0], self.x, self.v, np.zeros(self.x.size))
+
+
+def opened(scene: Scene) -> dict[str, Any]:
+    """The keys of a scene that `auto` decides."""
+    return {key: getattr(scene, key) for key in ("formulation", "erls", "effects")}
 
 
 def link_index(scene: Scene, name: str) -> int:

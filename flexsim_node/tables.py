@@ -38,7 +38,7 @@ from .loops import closing_equations
 from .reduced.reduction import ReducedLink, reduce_link, reduced_links
 from .rigid_body import body_mass, pseudo_inertia
 from .scene import Scene, SceneError
-from .schema import Erls, Joint, Link
+from .schema import Erls, Joint, Link, Undecided
 
 KINDS = {"fixed": FIXED, "revolute": REVOLUTE, "prismatic": PRISMATIC}
 # constant, cosine and sine part of a rotation about z
@@ -51,11 +51,13 @@ class Tables:
     """What a chain's arrays and a model's tables are made of; attributes as in Model."""
 
     def __init__(self, scene: Scene, planar: bool, driven: tuple[str, ...]) -> None:
+        if scene.undecided:
+            raise Undecided(f"{scene.name}: {', '.join(scene.undecided)}: auto, and nothing has decided it")
         effects, links = scene.effects, len(scene.links)
         self.scene, self.planar = scene, planar
         self.dofs = PLANAR_DOFS if planar else list(range(6))
         self.both = self.dofs + [6 + k for k in self.dofs]
-        self.co_moving = scene.formulation == "co_moving"
+        self.co_moving = scene.co_moving
         self.at_chords = scene.erls.zeroed in ("chord", "auto") and not driven and not self.co_moving
         self.turning = stiffening(scene) and not self.co_moving
         rooted = scene.model_copy(update={"erls": Erls(zeroed="root")})

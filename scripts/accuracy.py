@@ -70,7 +70,8 @@ def command(
     SCENE is a YAML file of a robot or a fire door. A reference is made, with a bound on its own error;
     then integrators, steps, meshes, effects and whatever else the scene offers are run against it.
     Stopped with Ctrl-C, the same command goes on where it was, with the scene as it was. Effects that
-    the scene leaves to auto are on.
+    the scene leaves to auto are on; a formulation left to auto is both, held against co_moving, and
+    --write puts the one that was chosen in its place.
 
     \b
     Example:
@@ -317,6 +318,7 @@ def report(
         },
         "formulation": getattr(study.scene, "formulation", None) or study.scene.solver.model,
         "formulations": reference.formulations,
+        "formulation_said": getattr(study, "taken", ""),
         "measures": {m.name: {"label": m.label, "unit": m.unit, "scale": m.scale} for m in study.measures},
         "points": [
             o.record() | ({"median": o.median, "spread": o.spread} if o.seconds else {}) for o in outcomes
@@ -362,6 +364,8 @@ def print_study(
     click.echo(f"Reference: {found['reference']['how']}. Its own error is at most: {own}.")
     if found["opened"]:
         click.echo(f"Left to auto by the scene, and on here: {', '.join(found['opened'])}.")
+    if found["formulation_said"]:
+        click.echo(found["formulation_said"])
     for sentence in formulations_said(found["formulation"], found["formulations"], measures[0]):
         click.echo(sentence)
     unit = "time a period" if cost.rate else "time"

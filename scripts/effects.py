@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-4  # m, where neither the scene nor the words give one
 MICRO, MILLI = 1e6, 1e3
-TWIN = "the scene once more"
+TWIN, OTHER = "the scene once more", "the other formulation"
 
 
 @click.command()
@@ -47,12 +47,13 @@ def command(
     """What each effect changes and costs in a robot's scene.
 
     SCENE is a YAML file, such as those in config/. It is run as it is, driven by its own torque profile (or
-    by none), then once more for each effect, switched. Times are medians of steps taken in turns.
+    by none), then once more for each effect, switched, and in the other formulation. Times are medians of
+    steps taken in turns.
 
     \b
     Example:
       flexsim effects config/anthropomorphic.yaml --duration 0.5
-      flexsim effects config/planar_double_pendulum.yaml --tolerance 1e-3 --json
+      flexsim effects config/planar_double_pendulum.yaml --tolerance 1e-3 --set formulation=auto --json
     """
     overrides = dict(map(setting, settings))
     if not Path(scene).is_file():
@@ -118,13 +119,16 @@ def study(
     from flexsim_node import resolve_effects
     from flexsim_node.dofs import is_planar
     from flexsim_node.effects import Trial, effect_names, with_effect
-    from flexsim_node.formulations import formulations_apart
+    from flexsim_node.formulations import formulations_apart, in_formulation
     from flexsim_node.step_cost import step_costs
 
     limit = scene.tolerance
     assert limit is not None
     console = Console(stderr=True)
-    trial = Trial(scene, drive, duration)
+    decision = resolve_effects(scene, drive, duration) if scene.undecided else None
+    chosen = None if decision is None else decision.chosen
+    own = scene if chosen is None else chosen.scene
+    trial = Trial(own, drive, duration)
     names = [*effect_names(), *(f"flexible: {k.name}" for k in scene.links if k.beam is not None)]
     changes = [
         trial.change(name) for name in track(names, "runs", console=console, disable=not console.is_terminal)
@@ -135,6 +139,9 @@ def study(
     flat = is_planar(trial.scene)
     if flat:
         variants["space"] = trial.scene, False
+    apart = formulations_apart(own, drive, duration) if any(bends(k) for k in scene.links) else None
+    if apart is not None and not apart.refused:
+        variants[OTHER] = in_formulation(trial.scene, apart.other)
     costs = step_costs(variants, trial.drive)
     whole = costs["scene"].step
     unseen = abs(costs[TWIN].ratio - 1.0) + costs[TWIN].spread
@@ -155,8 +162,7 @@ def study(
             "verdict": verdict(change.on, needed), "open": change.name in scene.effects.undecided,
         })  # fmt: skip
     rows.sort(key=lambda row: -row["change"])
-    decision = resolve_effects(scene, drive, duration) if scene.effects.undecided else None
-    apart = formulations_apart(scene, drive, duration) if any(bends(k) for k in scene.links) else None
+    other = costs.get(OTHER)
     return {
         "name": scene.name, "duration": trial.duration, "tolerance": limit, "reach": trial.reach,
         "step_time": whole, "planar": flat,
@@ -166,11 +172,19 @@ def study(
             "distance": None if apart.refused else apart.distance,
             "unsure": None if apart.refused else apart.unsure,
             "matters": not apart.refused and apart.distance - apart.unsure > limit,
+            "cost_ratio": None if other is None else other.ratio,
+            "cost_spread": None if other is None else max(other.spread, unseen),
         },
         "decision": None if decision is None else {
+            "formulation": None if chosen is None else {
+                "taken": chosen.scene.formulation, "sentence": chosen.sentence(),
+                "distance": chosen.apart.distance if chosen.apart and not chosen.apart.refused else None,
+                "unsure": chosen.apart.unsure if chosen.apart and not chosen.apart.refused else None,
+            },
             "left_out": list(decision.left_out), "together": decision.together,
             "at_rest": decision.at_rest, "margin": scene.auto.margin, "beyond": scene.auto.beyond,
             "sentences": decision.sentences(),
+            "effects": decision.effects_said() if decision.changes else None,
         },
     }  # fmt: skip
 
@@ -219,12 +233,17 @@ def print_study(found: dict[str, Any]) -> None:
         click.echo(
             f"\nformulation: {formulation['other']} is {MILLI * formulation['distance']:.3g} mm"
             f" ± {MILLI * formulation['unsure']:.3g} from {formulation['own']} at the tip{more}"
-            " (co_moving holds where links turn elastically)"
+            f" (co_moving holds where links turn elastically); a step costs {formulation['cost_ratio']:.2f}"
+            f" ± {formulation['cost_spread']:.2f} times as much"
         )
     if found["decision"] is not None:
         decision = found["decision"]
-        click.echo(f"\nauto: {decision['sentences'][-1]}")
-        if decision["left_out"]:
+        taken = decision["formulation"]
+        click.echo("")
+        for line in (taken and taken["sentence"], decision["effects"]):
+            if line:
+                click.echo(f"auto: {line}")
+        if decision["left_out"] or (taken and taken["distance"] is not None):
             click.echo(
                 f"decided over {decision['margin']:g} times the scene's torques, speeds, poses and duration;"
                 f" beyond: {decision['beyond']}"

@@ -5,7 +5,7 @@ from .fault import Fault
 from .link import Beam, DenavitHartenberg, Joint, Link, Payload, Reduction
 from .loop import BASE, ClosingJoint
 from .part import Misplaced
-from .scene import Erls, Scene
+from .scene import Erls, Scene, Undecided
 from .sensor import Sensor
 from .torque import Torque
 
@@ -26,4 +26,5 @@ __all__ = [
     "Scene",
     "Sensor",
     "Torque",
+    "Undecided",
 ]

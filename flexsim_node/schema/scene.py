@@ -18,6 +18,10 @@ from .torque import Torque
 from .validity import Validity
 
 
+class Undecided(RuntimeError):
+    """Something left to `auto` has reached what needs it decided: a mistake of the program."""
+
+
 class ZeroedDof(Part):
     """A nodal dof of the elastic displacement that is zero, so that the ERLS is defined.
 
@@ -90,7 +94,7 @@ class Scene(Part):
     damping: Damping = Damping()
     links: Annotated[tuple[Link, ...], Field(min_length=1)]
     loops: tuple[ClosingJoint, ...] = ()
-    formulation: Literal["erls", "co_moving"] = "erls"
+    formulation: Literal["erls", "co_moving", "auto"] = "erls"  # auto: see ../formulations.py
     reduction: Reduction | None = None
     erls: Erls = Erls()
     initial: Initial = Initial()
@@ -166,6 +170,18 @@ class Scene(Part):
         free = [n for n in ends if self.link_names[n] not in closed]
         return tuple(free or ends)
 
+    @property
+    def undecided(self) -> tuple[str, ...]:
+        """What is left to `auto` and must be decided before anything is computed: formulation, effects."""
+        return ("formulation",) * (self.formulation == "auto") + self.effects.undecided
+
+    @property
+    def co_moving(self) -> bool:
+        """Whether frames follow the elastic links; the formulation must be decided."""
+        if self.formulation == "auto":
+            raise Undecided(f"{self.name}: the formulation is auto, and nothing has decided it")
+        return self.formulation == "co_moving"
+
     def modes_of(self, link: Link) -> int | None:
         """Number of modes to which a link is reduced, or None: a link without its own follows the scene."""
         own = self.reduction if link.reduction is None else link.reduction
@@ -196,6 +212,12 @@ class Scene(Part):
         for n, torque in enumerate(self.torque):
             if torque.joint not in self.joint_names:
                 raise unknown(("torque", n, "joint"), torque.joint, self.joint_names)
+        if self.formulation == "auto" and self.tolerance is None:
+            raise Misplaced(
+                ("formulation",),
+                "is auto, but the scene has no tolerance to decide by; give tolerance: metres at the tip,"
+                " such as 1.0e-4",
+            )
         if self.effects.undecided and self.tolerance is None:
             raise Misplaced(
                 ("effects",),

@@ -4,7 +4,7 @@
      "overrides": {...}, "effects": [...], "file": "/home/me/arm.yaml", "since": 0.0, "ticks": 0,
      "versions": {"flexsim": "0.1.0", ...}}
 
-`scene` has every key, the overrides taken in and the effects decided; nothing of it lies in another file.
+`scene` has every key: overrides taken in, formulation and effects decided, nothing of it in another file.
 The hash is of `scene` alone: equal hashes mean equal scenes, whatever file they came from.
 """
 
@@ -39,7 +39,7 @@ class PublishedScene:
     hash : of `scene`
     parameters : of the node, by name, without the overrides
     overrides : what the node was told to change of the file; `scene` has them
-    effects : a line for each effect that the file left open, and how it was decided
+    effects : a line for the formulation, and each effect, that the file left open, and how it was decided
     file : path of the scene's file, as the node was given it
     since, ticks : simulated time, s, and ticks since the node's start, from which on it holds
     versions : by package

@@ -99,7 +99,7 @@ class LinkStrain:
     def __init__(self, link: Link, nodes: NDArray[np.int64], length: Array, scene: Scene) -> None:
         assert link.beam is not None
         shear, self.stiffening = scene.effects.shear is True, stiffening(scene)
-        self.co_moving = scene.formulation == "co_moving"
+        self.co_moving = scene.co_moving
         beam = link.beam
         self.link, self.nodes, self.length = link, nodes, length
         self.axes, _ = beam_axes(link)

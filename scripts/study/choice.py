@@ -200,7 +200,8 @@ class Truth:
         """How far the models are, in words."""
         if self.unknown:
             return f"how far {self.unknown} isn't known"
-        said = ", ".join(f"{n} up to {measure.show(d)}" for n, d in self.models.items() if d > 0.0)
+        far = {n: measure.show(d) or "an unknown distance" for n, d in self.models.items() if d > 0.0}
+        said = ", ".join(f"{n} up to {d}" for n, d in far.items())
         return f"{said} from {self.holds}, the model that holds further"
 
     @property
@@ -296,7 +297,12 @@ def truth_of(own: str, reference: Reference, holds: str, together: bool) -> Trut
     """
     models: dict[str, float] = {}
     unknown = ""
-    if own != holds:
+    if own == holds and not together:
+        # the others' points are held against their own ends: those are so far from this one
+        for name, far in reference.formulations.items():
+            if far.get("refused") != "nothing bends":
+                models[name] = far["distance"] + far["uncertainty"] if "distance" in far else math.inf
+    elif own != holds:
         far = reference.formulations.get(holds, {})
         if "distance" in far:
             models[own] = far["distance"] + far["uncertainty"]

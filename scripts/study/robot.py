@@ -11,6 +11,7 @@ import numpy as np
 
 from flexsim_node import Run, Scene, load_scene, natural_frequencies, simulate
 from flexsim_node.faults import COMMANDS, SENSORS
+from flexsim_node.formulations import in_formulation
 from flexsim_node.jumps import torque_jumps
 
 from .document import read_document
@@ -49,7 +50,8 @@ class RobotStudy:
     quick : the smallest grid that still shows something
     finer : times that the reference's steps are halved and its mesh doubled beyond what is usual
 
-    The file is read once.  What it leaves to `auto` is on.
+    The file is read once.  Effects that it leaves to `auto` are on; where it leaves the formulation to that,
+    the study is in co-moving frames, which hold however far links turn, if they take the scene.
     """
 
     kind = "robot"
@@ -76,10 +78,15 @@ class RobotStudy:
         scene = load_scene(path, self.given)  # which says what is wrong with the file, and where
         self.document = read_document(path)
         self.opened = scene.effects.undecided
+        self.left_open = scene.formulation == "auto"
         if self.opened:
             switches = {n: value == "auto" or value for n, value in scene.effects}
             self.given = {k: v for k, v in self.given.items() if k.partition(".")[0] != "effects"}
             self.given["effects"] = switches
+        self.others: dict[str, dict[str, Any]] = {}
+        self.taken = ""
+        if self.left_open:
+            self._take_formulation()
         self.scene = load_scene(self.document, self.given)
         unknown = [name for name in sines if name not in self.scene.joint_names]
         if unknown:
@@ -92,7 +99,28 @@ class RobotStudy:
         # A command comes with every sample: there, all runs take the same ones.
         commanded = any(f.kind in COMMANDS or f.kind == "lag" for f in self.scene.faults)
         self.sample = self.period if commanded or self.scene.faults else self.period / FINER
-        self.grid = RobotGrid(self.document, self.given, self.scene, self.period, self.vary, quick)
+        self.grid = RobotGrid(
+            self.document, self.given, self.scene, self.period, self.vary, quick, self.others, self.left_open
+        )
+
+    def _take_formulation(self) -> None:
+        """Begin in co-moving frames, or with the ERLS where they don't take the scene, and say which."""
+        scene = load_scene(self.document, self.given)
+        zeroed = scene.model_dump(mode="json")["erls"]["zeroed"]
+        try:
+            in_formulation(scene, "co_moving")
+        except ValueError as problem:
+            self.given["formulation"] = "erls"
+            self.taken = f"The formulation is left to auto; this study is in erls, for {problem}."
+            return
+        self.given["formulation"] = "co_moving"
+        if zeroed == "chord":
+            self.given["erls.zeroed"] = "auto"
+            self.others["erls"] = {"erls.zeroed": zeroed}
+        self.taken = (
+            "The formulation is left to auto: the reference is in co_moving, and each point says which it"
+            " has."
+        )
 
     @property
     def changes(self) -> dict[str, Any]:
@@ -108,6 +136,7 @@ class RobotStudy:
             "vary": self.vary,
             "quick": self.quick,
             "finer": self.finer,
+            **({"formulation": "auto"} if self.left_open else {}),
         }
 
     def points(self) -> list[Point]:

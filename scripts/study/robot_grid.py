@@ -22,7 +22,7 @@ MODES = {4: (2, 4), 8: (2, 4, 8)}
 REDUCED_STEPS = STEPS[1:4]
 VARIANT_STEPS = (2e-3, 1e-3, 5e-4)
 EFFECT_STEP = 1e-3
-FORMULATIONS: tuple[str, ...] = get_args(Scene.model_fields["formulation"].annotation)
+FORMULATIONS = tuple(n for n in get_args(Scene.model_fields["formulation"].annotation) if n != "auto")
 
 
 class RobotGrid:
@@ -32,6 +32,8 @@ class RobotGrid:
     period : s between samples, which adaptive methods step by
     vary : further axes, a scene key to its values
     quick : the smallest grid that still shows something
+    others : overrides of the formulations that the scene has not, where these are more than their names
+    named : whether points of the scene's own formulation say which it is
     """
 
     def __init__(
@@ -42,7 +44,10 @@ class RobotGrid:
         period: float,
         vary: Mapping[str, list[Any]],
         quick: bool,
+        others: Mapping[str, Mapping[str, Any]] | None = None,
+        named: bool = False,
     ) -> None:
+        self.others, self.own = dict(others or {}), f"{scene.formulation}, " if named else ""
         self.document, self.given, self.scene = document, dict(given), scene
         self.period, self.vary, self.quick = period, vary, quick
         self.steps = STEPS[1:4] if quick else STEPS
@@ -71,7 +76,7 @@ class RobotGrid:
         """The formulations that the scene has not, with their overrides."""
         root = {} if self.scene.erls.zeroed in ("root", "auto") else {"erls.zeroed": "root"}
         return {
-            name: {"formulation": name, **(root if name == "co_moving" else {})}
+            name: {"formulation": name, **(root if name == "co_moving" else {}), **self.others.get(name, {})}
             for name in FORMULATIONS
             if name != self.scene.formulation
         }
@@ -105,11 +110,12 @@ class RobotGrid:
             for method in REAL_TIME:
                 for step in self.steps:
                     changed = {"solver.method": method, "solver.step": step, **mesh}
-                    yield Point(method + mesh_said(n), step, changed)
+                    yield Point(self.own + method + mesh_said(n), step, changed)
 
     def _checks(self) -> Iterator[Point]:
         for step in EXPLICIT_STEPS:
-            yield Point("runge_kutta_4", step, {"solver.method": "runge_kutta_4", "solver.step": step})
+            changed = {"solver.method": "runge_kutta_4", "solver.step": step}
+            yield Point(f"{self.own}runge_kutta_4", step, changed)
         for method in ("radau", "dop853"):
             for tolerance in TOLERANCES:
                 changed = {
@@ -118,7 +124,7 @@ class RobotGrid:
                     "solver.relative_tolerance": tolerance,
                     "solver.absolute_tolerance": 1e-2 * tolerance,
                 }
-                yield Point(method, tolerance, changed)
+                yield Point(self.own + method, tolerance, changed)
 
     def _other(self, name: str, overrides: dict[str, Any]) -> Iterator[Point]:
         """The other formulation with both methods; once where the scene refuses it, to say why."""
@@ -134,14 +140,19 @@ class RobotGrid:
     def _reductions(self) -> Iterator[Point]:
         if not self.flexible:
             return
-        if self.refusal(self.meshed(4, 2)):
-            yield Point("reduced links", EFFECT_STEP, {"solver.step": EFFECT_STEP, **self.meshed(4, 2)})
+        # Where the formulation is open reduced links are those of the ERLS, which alone takes them.
+        erls = self.other_formulations().get("erls", {}) if self.own else {}
+        said = "erls, " if erls else self.own
+        if self.refusal({**erls, **self.meshed(4, 2)}):
+            changed = {"solver.step": EFFECT_STEP, **erls, **self.meshed(4, 2)}
+            yield Point("reduced links", EFFECT_STEP, changed)
             return
         for n, counts in {4: (2,)}.items() if self.quick else MODES.items():
             for modes in counts:
                 for step in self.steps[:1] if self.quick else REDUCED_STEPS:
-                    changed = {"solver.method": REAL_TIME[0], "solver.step": step, **self.meshed(n, modes)}
-                    yield Point(f"{REAL_TIME[0]}{mesh_said(n)}, {modes} modes", step, changed)
+                    solver = {"solver.method": REAL_TIME[0], "solver.step": step}
+                    changed = {**solver, **erls, **self.meshed(n, modes)}
+                    yield Point(f"{said}{REAL_TIME[0]}{mesh_said(n)}, {modes} modes", step, changed)
 
     def _variants(self) -> list[tuple[str, dict[str, Any]]]:
         """Zeroed dofs and what --vary asks for, one at a time."""

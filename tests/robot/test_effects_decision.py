@@ -5,7 +5,8 @@ import pytest
 from scenes import link, robot, two_link
 
 from flexsim_node import SceneError, linearize, load_scene, natural_frequencies, resolve_effects, simulate
-from flexsim_node.effects import SHARE, Trial, envelope_trials, with_effect
+from flexsim_node.decision import SHARE
+from flexsim_node.effects import Trial, envelope_trials, with_effect
 from flexsim_node.model import build_model
 from flexsim_node.step_cost import step_costs
 from flexsim_node.torque_profile import torque_profile

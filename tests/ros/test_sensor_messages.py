@@ -90,3 +90,18 @@ def test_decided_effects_in_diagnostics() -> None:
     assert values["torsion"].startswith("off, 0 m")
     assert values["gravity"].startswith("on, ")
     assert "left out: torsion" in status.message
+
+
+def test_a_decided_formulation_in_diagnostics() -> None:
+    """The one taken, and how far the ERLS is from co-moving frames."""
+    keys = {"formulation": "auto", "tolerance": 1e-4, "duration": 0.05, "erls.zeroed": "auto",
+            "solver.method": "rosenbrock_w"}  # fmt: skip
+    decision = resolve_effects(load_scene(SCENE, keys))
+    status = effects_status(decision, "pendulum")
+    values = {pair.key: pair.value for pair in status.values}
+    assert values["formulation"] == decision.scene.formulation
+    assert status.message == decision.sentences()[0]
+    apart = decision.chosen.apart
+    assert values["erls from co_moving, m"] == (
+        "not measured" if apart is None else f"{apart.distance:.3g} +- {apart.unsure:.3g}"
+    )

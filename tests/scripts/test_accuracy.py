@@ -9,12 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flexsim.study.choice import Cost, Truth, choose, conditions_said, frontier, quantity
+from flexsim.study.choice import Cost, Truth, choose, conditions_said, frontier, quantity, truth_of
 from flexsim.study.order import observed_orders
 from flexsim.study.point import Measure, Outcome, Reference
 from flexsim.study.ringing import ringing
 from flexsim.study.robot import RobotStudy
+from flexsim.study.scene_text import plain
 from flexsim.study.store import Store, StudyError
+from flexsim.study.writing import written
 from processes import flexsim
 
 from flexsim_node import load_scene
@@ -308,6 +310,49 @@ def test_formulations_and_reductions_that_a_scene_refuses_are_named_once() -> No
         assert not outcome.ok and said in outcome.status
     moving = RobotStudy(str(PLANAR), {"formulation": "co_moving", "erls.zeroed": "auto"}, 0.1, {}, {})
     assert "erls, rosenbrock_w, 4 elements a link" in {p.curve for p in moving.points()}
+
+
+def test_a_formulation_left_to_auto_is_studied_as_both() -> None:
+    """The reference is in co-moving frames, each point says which it has, and what is chosen is written."""
+    given = {"formulation": "auto", "tolerance": 1e-4, "erls.zeroed": "chord", "effects": "auto"}
+    study = RobotStudy(str(PLANAR), given, 0.1, {}, {})
+    assert study.scene.formulation == "co_moving"
+    assert "reference is in co_moving" in study.taken
+    points = study.points()
+    named = [p for p in points if p.curve.partition(",")[0] in ("erls", "co_moving")]
+    for ending in ("rosenbrock_w, 2 elements a link", "generalized_alpha, 4 elements a link"):
+        assert {f"erls, {ending}", f"co_moving, {ending}"} <= {p.curve for p in named}
+    assert "erls, rosenbrock_w, 4 elements a link, 2 modes" in {p.curve for p in named}
+    assert not [p.curve for p in points if p.curve.startswith(("rosenbrock", "generalized", "radau", "dop"))]
+    for point in (named[0], next(p for p in named if p.curve.startswith("erls"))):
+        name = point.curve.partition(",")[0]
+        scene = study.scene_with(point.overrides)
+        assert (scene.formulation, scene.erls.zeroed == "chord") == (name, name == "erls")
+        text = written(PLANAR.read_bytes(), {**study.changes, **point.overrides}, load_scene)
+        there = load_scene(plain(text.decode()))
+        assert there.formulation == name and not there.undecided
+    plainly = RobotStudy(str(PLANAR), {"formulation": "co_moving"}, 0.1, {}, {})
+    assert plainly.fingerprint != RobotStudy(str(PLANAR), {**given, "effects": {}}, 0.1, {}, {}).fingerprint
+    reduced = RobotStudy(str(PLANAR), {**given, "reduction": {"modes": 1}}, 0.1, {}, {})
+    assert reduced.scene.formulation == "erls"
+    assert "this study is in erls, for co_moving does not take the scene: reduction" in reduced.taken
+
+
+def test_the_erls_is_promised_with_its_distance_where_the_reference_is_in_co_moving_frames() -> None:
+    """Its points are held against its own end, which is so far from the one that holds."""
+    far = {"erls": {"distance": 2e-3, "uncertainty": 1e-4}}
+    truth = truth_of("co_moving", Reference({}, {"tip": 1e-6}, "", far), "co_moving", False)
+    tip = Measure("tip", "tip position", "mm", 1e3)
+    erls, own = (Outcome(m, m, 1e-3, {}, "ok", {"tip": 1e-5}, [1.0], 1e-3, model=m) for m in
+                 ("erls", "co_moving"))  # fmt: skip
+    assert truth.model(erls, tip) == pytest.approx(2.1e-3)
+    assert truth.model(own, tip) == 0.0
+    unknown = Reference({}, {"tip": 1e-6}, "", {"erls": {"refused": "x"}})
+    lost = truth_of("co_moving", unknown, "co_moving", False)
+    assert lost.model(erls, tip) == math.inf
+    choice = choose([erls, own], tip, Cost(1000.0), None, 1e-3, 1e-7, truth)
+    assert choice.outcome is own
+    assert "erls up to 2.1 mm from co_moving" in truth.model_said(tip)
 
 
 def test_what_a_scene_reduces_is_whole_in_the_grid_and_the_reference() -> None:

@@ -45,6 +45,28 @@ def test_the_table() -> None:
         assert words in done.stdout
 
 
+def test_a_formulation_left_to_auto(tmp_path: Path) -> None:
+    """The one taken, how far the ERLS is from co-moving frames, and what the other's steps cost."""
+    words = ["--duration", "0.05", "--set", "formulation=auto", "--set", "tolerance=1e-4",
+             "--set", "damping.alpha=0"]  # fmt: skip
+    done = flexsim("effects", SCENE, *words, "--json", timeout=400)
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    taken = said["decision"]["formulation"]
+    assert taken["taken"] in ("erls", "co_moving")
+    assert taken["sentence"].startswith(f"formulation: {taken['taken']}; ")
+    assert said["formulation"]["own"] == taken["taken"]
+    assert {said["formulation"]["own"], said["formulation"]["other"]} == {"erls", "co_moving"}
+    assert said["formulation"]["cost_ratio"] > 0.0
+    assert said["decision"]["effects"] is None
+    table = flexsim("effects", SCENE, *words, timeout=400)
+    assert "auto: formulation: " in table.stdout
+    assert "times as much" in table.stdout
+    refused = flexsim_here("simulate", SCENE, "--set", "formulation=auto", "-d", "0.01", cwd=tmp_path)
+    assert refused.returncode == 1
+    assert "formulation: is auto, but the scene has no tolerance to decide by" in refused.stderr
+
+
 @pytest.mark.parametrize(
     ("words", "code", "sentence"),
     [
