@@ -113,7 +113,9 @@ class LoadStiffness:
 def with_joints(chain: Chain, joint: np.ndarray) -> Chain:
     """The chain with another table of joints (L, .)."""
     fields = {name: getattr(chain, name) for name in Chain._fields}
-    return by_reference(Chain(**{**fields, "joint": aligned(joint)}))
+    own = aligned(joint)
+    own.flags.writeable = False  # like the chain's: another type would be compiled for anew
+    return by_reference(Chain(**{**fields, "joint": own}))
 
 
 def with_its_effect(model: Model) -> Chain:

@@ -65,7 +65,8 @@ class Adaptive:
         self.dense: DenseOutput | None = None  # of the step before the last start
         self.rows = np.searchsorted(chain.rubbing, model.joint_links[self.rubs])
         tail = work.rubbing.shape[1] - COLUMNS
-        self.contact = work.rubbing[:, [tail + FORCE, tail + STUCK]]
+        self.told = [tail + FORCE, tail + STUCK] if chain.rubbing.size else []
+        self.contact = work.rubbing[:, self.told]
         self._jump = self._before = np.inf
 
     def begin(self, jump: float) -> None:
@@ -93,15 +94,13 @@ class Adaptive:
 
     def rub(self) -> None:
         """Let joints rub, or stick, as they did when the solver started."""
-        tail = self.work.rubbing.shape[1] - COLUMNS
-        self.work.rubbing[:, [tail + FORCE, tail + STUCK]] = self.contact
+        self.work.rubbing[:, self.told] = self.contact
 
     def start(self, t: float, y: np.ndarray, bound: float, first: float) -> None:
         """Start the solver at t from y = (x, v); how joints rub follows from the rates."""
         if self.rubs.size:
             rub_by_rate(self.model.chain, self.work, y[self.model.unknowns :])
-            tail = self.work.rubbing.shape[1] - COLUMNS
-            self.contact = self.work.rubbing[:, [tail + FORCE, tail + STUCK]]
+            self.contact = self.work.rubbing[:, self.told]
         self.running = self.kind(
             self.slope, t, y, bound, first_step=first, vectorized=False, **self.tolerances
         )

@@ -93,7 +93,7 @@ def test_torque_gives_its_work():
         def torque(t):
             return np.array([0.9 * np.sin(20 * t), 0.3, -0.2 * np.cos(9 * t)])
 
-        run = simulate(scene, torque, 0.1, sample_period=1e-4)
+        run = simulate(scene, torque, 0.1, sample_period=2.5e-5)
         work = simpson(np.sum(run.torque * run.joint_velocity, axis=1), x=run.time)
         assert run.status == "ok" and work > 0.5
         assert run.energy[-1] - run.energy[0] == pytest.approx(work, rel=1e-6)

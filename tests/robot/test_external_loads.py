@@ -80,12 +80,14 @@ def test_follower_and_fixed_direction_differ():
 def test_loads_off():
     """Taking a load off leaves nothing behind; nonsense is refused."""
     robot_now = Simulation(load_scene(two_link()))
-    robot_now.apply("link_1", np.ones(6))
+    robot_now.apply("link_1", np.array([1.0, 1.0, 0.0, 0.0, 0.0, 1.0]))
     assert robot_now.work.loaded.tolist() == [True, False]
     robot_now.apply("link_1", np.zeros(6))
     assert not robot_now.work.loaded.any()
     with pytest.raises(ValueError, match="give one of link_1, link_2"):
         robot_now.apply("link_9", np.ones(6))
+    with pytest.raises(ValueError, match="leaves the plane"):
+        robot_now.apply("link_1", np.ones(6))
     with pytest.raises(ValueError, match="six finite"):
         robot_now.apply("link_1", np.array([np.nan] * 6))
 

@@ -18,6 +18,7 @@ from flexsim_node.simulation import Simulation
 
 SCENE = Path(__file__).parents[2] / "config" / "planar_double_pendulum.yaml"
 PATIENCE = 60.0
+IN_PLANE = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 1.0])  # a load that leaves a planar robot in its plane
 
 
 @contextmanager
@@ -39,7 +40,7 @@ def test_what_was_asked_for_leaves_nothing_behind(mode: str) -> None:
     with looped(mode) as loop:
         loop.pause().result(PATIENCE)
         for _ in range(2000):
-            last = loop.ask(lambda: loop.robot.apply("link_2", np.ones(6)))
+            last = loop.ask(lambda: loop.robot.apply("link_2", IN_PLANE))
         last.result(PATIENCE)
         assert loop._queue.qsize() <= 1
         loop.resume().result(PATIENCE)
@@ -85,7 +86,7 @@ def test_slow_rates_are_scheduled_at_once() -> None:
             schedule(Settings(scene="robot.yaml", rate=rate), 1e-3)
 
 
-@pytest.mark.parametrize(("step", "ticks"), [(1e-3, 104), (0.02, 5)])
+@pytest.mark.parametrize(("step", "ticks"), [(1e-3, 106), (0.02, 5)])
 def test_what_is_looked_at_now_and_then_stops_it(step: float, ticks: int) -> None:
     """Bit by bit where ticks are short, at once where they are long; the report says why."""
     low = {"validity.mass_condition": {"warn": 1.0, "stop": 1.001}, "solver.step": step}
