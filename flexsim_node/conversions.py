@@ -251,7 +251,7 @@ def diagnostics(
         _status(
             "commands",
             warn if refused or report.timeouts or troubles or commanders else ok,
-            f"{len(commanders)} publish commands: {', '.join(commanders)}"
+            f"several publish commands: {', '.join(commanders)}"
             if commanders
             else f"{refused} refused of {commands.accepted + refused}",
             scene_name,

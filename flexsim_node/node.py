@@ -300,7 +300,7 @@ class FlexsimNode(Node):
         )
         if commanders and commanders != self._commanders:
             self.get_logger().warning(
-                f"{len(commanders)} publish commands: {', '.join(commanders)};"
+                f"several publish commands: {', '.join(commanders)};"
                 " the latest holds, whoever sent it"
             )
         self._commanders = commanders

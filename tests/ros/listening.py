@@ -16,7 +16,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 # The kernels may have to be compiled first.
-PATIENCE = 180.0
+PATIENCE = 600.0
 
 
 def node_words(module: str, scene: Path | str | None, **parameters: object) -> list[str]:

@@ -26,7 +26,7 @@ def test_it_publishes_the_offline_simulation(tmp_path: Path) -> None:
     run = simulate(scene, duration=120.0, sample_period=1.0)
     # Started by a first measurement, so that nothing is published before all are connected.
     with door(tmp_path, **begin, rate=1.0, field_rate=0.1, time_scale=0.0, duration=120.0,
-              deflection_period=120.0, wait_for_furnace=True, publish_clock=True) as burning:  # fmt: skip
+              deflection_period=30.0, wait_for_furnace=True, publish_clock=True) as burning:  # fmt: skip
         mesh = burning.until(lambda: burning.heard["door/mesh"])[-1]
         burning.until(lambda: burning.heard["furnace/temperature"])
         first = burning.until(lambda: burning.heard["door/thermocouples"])[-1]
