@@ -135,7 +135,7 @@ rm -rf $(VENV)/build/$(1) $(VENV)/lib/lib$(1)__* $(VENV)/share/$(1) $(VENV)/incl
 	    || { tail -30 $(VENV)/build/$(1).log; echo "$(1) did not build: $(VENV)/build/$(1).log" >&2; exit 1; }
 endef
 
-$(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml
+$(PROJECT_STAMP): $(VENV_STAMP) pyproject.toml msgs_schema/flexsim_ros/first_instant.py
 	echo "set-up 4/5: flexsim, editable"
 	$(PIP_INSTALL) --no-build-isolation --editable .
 	# Our programs answer signals while Python itself starts, which the wheels have executed anew.
