@@ -86,9 +86,10 @@ def test_weight_changes_frequencies_alike(kind, seed):
     change = np.max(np.abs(right / free - 1.0))
     if change > 0.3:
         pytest.skip("too soft for a first order")
-    shape = static_equilibrium(two, two.start("position"))
+    shape = static_equilibrium(one, one.start("position"))
     turned = np.max(np.abs(shape.node_displacement[:, 3:]))
-    within = 2.0 * change**2 + 3.0 * turned**2 + 1e-5
+    # two elements a link carry what loads change to 3 %
+    within = 0.03 * change + 2.0 * change**2 + 3.0 * turned**2 + 1e-5
     assert np.allclose(squares(one, loaded=True) / free, right / free, rtol=0, atol=within)
 
 

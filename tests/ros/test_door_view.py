@@ -75,7 +75,7 @@ def test_the_recorded_door(burnt: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert said["scale"] == SCALE
-    assert said["without_view"] == ["/door/temperature_points"]
+    assert said["without_view"] == ["/door/temperature_points", "/thermal_node/scene"]
     found = rows(rrd)
     for entity, count in said["rows"].items():
         assert found[f"/{entity}"] == count > 0, entity
