@@ -300,8 +300,7 @@ class FlexsimNode(Node):
         )
         if commanders and commanders != self._commanders:
             self.get_logger().warning(
-                f"several publish commands: {', '.join(commanders)};"
-                " the latest holds, whoever sent it"
+                f"several publish commands: {', '.join(commanders)}; the latest holds, whoever sent it"
             )
         self._commanders = commanders
         if self.loop.robot.model.decision is not None:
