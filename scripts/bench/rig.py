@@ -281,8 +281,19 @@ def recorded(states: list[Any], shapes: list[Any], until: float, trouble: str, r
         np.array([tip for tip, _ in tips]).reshape(-1, 3),
         np.array([rigid for _, rigid in tips]).reshape(-1, 3),
         trouble,
-        round(rate * times[-1]) + 1 - len(times) if times else 0,
+        missing(times, rate),
     )
+
+
+def missing(times: list[float], rate: float) -> int:
+    """States that are not among those of these times, s, the last of which ends them.
+
+    A solver that stops publishes the state in which it did, whose time may lie between two periods.
+    """
+    if not times:
+        return 0
+    periods = {round(rate * t) for t in times if abs(rate * t - round(rate * t)) < 1e-3}
+    return int(rate * times[-1] + 1e-3) + 1 - len(periods)
 
 
 @contextmanager

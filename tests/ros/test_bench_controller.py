@@ -17,7 +17,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from flexsim.bench import rig as bench_rig
-from flexsim.bench.rig import Rig, recorded, stamp
+from flexsim.bench.rig import Rig, missing, recorded, stamp
 from flexsim.bench.score import Recording
 from flexsim.bench.session import NOMINAL, Session
 from flexsim.controller.trajectory import Trajectory
@@ -147,3 +147,18 @@ def test_wrong_words(words: list[str], sentence: str) -> None:
     done = flexsim("bench-controller", "joint_pd", ROOT / "config" / "anthropomorphic_geared.yaml", *words)
     assert done.returncode == 2
     assert sentence in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("times", "count"),
+    [
+        ([], 0),
+        ([0.0, 0.01, 0.02], 0),
+        ([0.0, 0.01, 0.03], 1),
+        ([0.0, 0.01, 0.013], 0),
+        ([0.0, 0.02, 0.025], 1),
+    ],
+)
+def test_states_that_are_missing(times, count):
+    """Counted in periods up to the last one: where a solver stops between two, its state is one more."""
+    assert missing(times, 100.0) == count
