@@ -37,22 +37,23 @@ def error(readings: np.ndarray, path: np.ndarray, step: float) -> float:
 @pytest.mark.parametrize("method", ["rosenbrock_w", "generalized_alpha"])
 @pytest.mark.parametrize("formulation", ["erls", "co_moving"])
 @pytest.mark.parametrize(
-    ("place", "load", "within"),
-    [("beam", [0, 10, 0, 0, 0, 0], 0.02), ("base:beam", [0, 0, 0, 0, 0, 1], 0.03)],
+    ("place", "load"), [("beam", [0, 10, 0, 0, 0, 0]), ("base:beam", [0, 0, 0, 0, 0, 1])]
 )
-def test_imu_under_a_wrench(method, formulation, place, load, within):
-    """At 1 ms within 2 % of the signal, and better with the step: the loads' samples leave nothing in it.
-
-    A moment moves the second mode more, whose period is five steps: 2.4 %.
-    """
+def test_imu_under_a_wrench(method, formulation, place, load, request):
+    """At 1 ms within 2 % of the signal, and of second order: the loads' samples leave nothing in it."""
+    if method == "rosenbrock_w" and place == "base:beam":
+        # it moves the second mode more, whose period is five steps
+        request.applymarker(
+            pytest.mark.xfail(reason="2.4 % under a moment, 0.44 at half the step", strict=True)
+        )
     errors = []
     for step in (1e-3, 5e-4):
         scene = load_scene(cantilever(step, method, formulation=formulation))
         wrench = {place: lambda t: part(np.array(load, float), t)}
         run = simulate(scene, duration=0.15, prescribed=STILL, wrench=wrench)
         errors.append(error(run.sensors["imu"][:, 4], run.link_end[:, 0, 1], step))
-    assert errors[0] < within
-    assert errors[1] < 0.5 * errors[0]
+    assert errors[0] < 0.02
+    assert errors[1] < 0.4 * errors[0]
 
 
 def test_imu_under_held_loads():
