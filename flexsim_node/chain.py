@@ -98,7 +98,9 @@ class Workspace(NamedTuple):
     correction: np.ndarray  # (1,): of the last Newton step, m or rad
     held: np.ndarray  # (L,) bool: joints whose motion is prescribed
     iteration: np.ndarray  # (E, 2B, 2B): mass + scale * stiffness, of reduced links without their modes
-    scale: np.ndarray  # (3,): of the stiffness, of the joints' damping and of their springs; -1 before any
+    # (4,): of the stiffness, of the joints' damping and of their springs, -1 before any; of the elastic motion's
+    # mass, with Rayleigh's alpha (damping.py)
+    scale: np.ndarray
     pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)
     spring: np.ndarray  # (L, 2): joint spring in the matrix, 1 / pivot of its motor
@@ -168,7 +170,7 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         correction=zeros(1),
         held=zeros(links, dtype=np.bool_),
         iteration=zeros(chain.mass.shape),
-        scale=np.full(3, -1.0),
+        scale=np.full(4, -1.0),
         pivot=zeros((nodes * b, 3 * b + 1)),
         joint_pivot=zeros((links, 2, 2 * b + 2)),
         spring=zeros((links, 2)),

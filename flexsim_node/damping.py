@@ -42,8 +42,10 @@ from .chain import (
     Q,
 )
 from .dependent_nodes import fold_forces, own_nodes
+from .flat import flat
 from .kernel import kernel
 from .reduced.layout import COUPLING, MODAL_MASS, MODES
+from .weighted_sum import add_twelve, twelve_once
 
 
 @kernel
@@ -55,6 +57,20 @@ def elastic_rates(chain, v, out):
     for n in range(link.shape[0]):
         if link[n, KIND] != FIXED and link[n, PHI] >= 0:
             out[link[n, Q]] = -v[link[n, PHI]]
+
+
+@kernel
+def nodal_alpha(chain):
+    """Rayleigh's alpha where D is the nodes' own, alpha/2 u'^T M u' with the frames at rest; 0 elsewhere.
+
+    So it is in the ERLS where no joint has an elastic rotation phi beside its coordinate.
+    """
+    if len(chain.co_moving) > 0:
+        return 0.0
+    for n in range(chain.link.shape[0]):
+        if chain.link[n, PHI] >= 0:
+            return 0.0
+    return chain.setting[RELATIVE]
 
 
 @kernel
@@ -132,15 +148,19 @@ def weigh(chain, work, rows):
     for n in range(link.shape[0]):
         first = link[n, FIRST]
         for i in range(first + 1, first + link[n, COUNT] + 1):
-            mass = chain.mass[link[n, FIRST_ELEMENT] + i - first - 1]
-            end, start = rows[i], rows[i - 1]
+            m, made = link[n, FIRST_ELEMENT] + i - first - 1, work.row[0]
+            if b == 6:
+                at, y = 144 * m, flat(rows)
+                twelve_once(6, y, 6 * i, 1, 0, flat(chain.mass), at, 12, made, 0, 0)
+                add_twelve(6, y, 6 * i - 6, 1, 0, flat(chain.mass), at + 72, 12, made, 0, 0)
+            else:
+                for j in range(2 * b):
+                    made[j] = 0.0
+                    for k in range(b):
+                        made[j] += chain.mass[m, j, k] * rows[i, k] + chain.mass[m, j, b + k] * rows[i - 1, k]
             for j in range(b):
-                p = q = 0.0
-                for k in range(b):
-                    p += mass[j, k] * end[k] + mass[j, b + k] * start[k]
-                    q += mass[b + j, k] * end[k] + mass[b + j, b + k] * start[k]
-                force[i, j] += p
-                force[i - 1, j] += q
+                force[i, j] += made[j]
+                force[i - 1, j] += made[b + j]
         weigh_modes(chain.reduction, chain, work, n, rows)
         for m in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
             i, mass = chain.body_place[m], chain.body_mass[m]

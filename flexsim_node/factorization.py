@@ -29,6 +29,7 @@ from .chain import (
     SPIN,
 )
 from .co_moving import elimination
+from .damping import nodal_alpha
 from .interface import hand_over, hand_over_planar
 from .joint_elimination import eliminate_joint
 from .kernel import kernel
@@ -44,25 +45,26 @@ from .spatial_strain import iteration_turning
 def set_scale(chain, work, stiffness, damping, spring):
     """Choose the matrix: M + stiffness * K + damping * (losses) + spring * (joints' springs)."""
     work.scale[0], work.scale[1], work.scale[2] = stiffness, damping, spring
+    work.scale[3] = heavier = 1.0 + damping * nodal_alpha(chain)
     w = work.iteration
     for e in range(w.shape[0]):
         # where strains turn, the whole stiffness changes with the configuration
         constant = 0.0 if len(chain.dofs) == 6 and chain.element[e, TURNING] > 0.0 else stiffness
         for i in range(w.shape[1]):
             for k in range(w.shape[1]):
-                w[e, i, k] = chain.mass[e, i, k] + constant * chain.stiffness[e, i, k]
-    set_modal_scale(chain.reduction, chain, work, stiffness)
+                w[e, i, k] = heavier * chain.mass[e, i, k] + constant * chain.stiffness[e, i, k]
+    set_modal_scale(chain.reduction, chain, work, stiffness, heavier)
 
 
 @kernel
-def set_modal_scale(reduction, chain, work, scale):
+def set_modal_scale(reduction, chain, work, scale, heavier):
     """Let the matrices of reduced links be what their modes leave of them."""
     if len(reduction) == 0:
         return
     for n in range(chain.link.shape[0]):
         size, w = chain.reduced[n], work.iteration[chain.link[n, FIRST_ELEMENT]]
         if size[MODES] >= 0:
-            reduced_link.choose_matrix(size, chain.modal, work.modal, len(chain.dofs), scale, w)
+            reduced_link.choose_matrix(size, chain.modal, work.modal, len(chain.dofs), scale, heavier, w)
 
 
 @kernel
@@ -117,7 +119,7 @@ def add_bodies(chain, work, n, i, w, at, b):
         rigid_body.inertia_coupling(
             chain.body[m], chain.place[i], r, turning, coupling, inertia, work.scratch
         )
-        own = work.row[:, 30:36]
+        own, elastic = work.row[:, 30:36], work.scale[3] - 1.0
         rigid_body.own_mass(chain.body[m], r, turning, own, work.row[0, 6:12], work.scratch)
         for j in range(b):
             p = 5 if planar and j == 2 else j
@@ -125,7 +127,7 @@ def add_bodies(chain, work, n, i, w, at, b):
                 q = 5 if planar and k == 2 else k
                 w[at + j, 2 * b + k] += coupling[p, q]
                 if k >= j:
-                    w[at + j, at + k] += own[p, q]
+                    w[at + j, at + k] += own[p, q] + elastic * chain.body_mass[m, j, k]
                     w[2 * b + j, 2 * b + k] += inertia[p, q]
 
 

@@ -27,7 +27,7 @@ from .reduced import link as reduced_link
 from .reduced.layout import MODES
 
 GRADIENTS = 200  # conjugate gradients at most
-RESIDUAL = 1e-24  # of the squared norm at the start, that is left
+RESIDUAL = 1e-10  # of the squared norm at the start, that is left
 
 
 @kernel
@@ -44,14 +44,14 @@ def solve(chain, work, rhs, out):
 def solve_damped(chain, work, rhs, out):
     """Let out (n,) be the answer with Rayleigh's alpha, from that without.
 
-    Its matrix, alpha P^T M P (damping.py), couples every elastic unknown with every other, and the
-    factors are those of the rest.  They are the preconditioner of conjugate gradients, which converge at
-    once where a step is short against 1/alpha: the eigenvalues lie between 1 and 1 + damping alpha.
+    The factors have it where it is the nodes' own.  Elsewhere its matrix, alpha P^T M P (damping.py), couples
+    every elastic unknown with every other, and the factors are those of the rest.  They are the preconditioner of conjugate gradients, which converge at
+    once where a step is short against 1/alpha.
     """
-    if chain.setting[RELATIVE] == 0.0 or work.scale[1] == 0.0:
+    if chain.setting[RELATIVE] == 0.0 or work.scale[1] == 0.0 or work.scale[3] != 1.0:
         return
     r, z, p, rest, whole = work.vector[11], work.vector[12], work.vector[13], work.vector[14], work.vector[15]
-    n, factor, energy, begun = out.size, work.scale[1], 0.0, 0.0
+    n, factor, energy, begun, apart = out.size, work.scale[1], 0.0, 0.0, 1.0
     for i in range(n):
         r[i], z[i], p[i], rest[i], out[i] = rhs[i], out[i], 0.0, 0.0, 0.0
     for k in range(GRADIENTS):
@@ -60,19 +60,23 @@ def solve_damped(chain, work, rhs, out):
             energy += r[i] * z[i]
         if k == 0:
             begun = energy
-        if not energy > RESIDUAL * begun:
-            return
+        # a step of unit length leaves so much of what is left as both matrices are apart
         share = 0.0 if k == 0 else energy / last
+        if not max(apart * apart, share) * energy > RESIDUAL * begun:
+            for i in range(n):
+                out[i] += z[i]
+            return
         for i in range(n):
             p[i] = z[i] + share * p[i]
             rest[i] = r[i] + share * rest[i]  # the matrix without alpha, times p
             whole[i] = 0.0
         oppose(chain, work, p, whole)
-        curvature = 0.0
+        plain = curvature = 0.0
         for i in range(n):
             whole[i] = rest[i] + factor * whole[i]
+            plain += p[i] * rest[i]
             curvature += p[i] * whole[i]
-        length = energy / curvature
+        length, apart = energy / curvature, curvature / plain - 1.0
         for i in range(n):
             out[i] += length * p[i]
             r[i] -= length * whole[i]

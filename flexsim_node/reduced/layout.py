@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-# Columns of Chain.reduced (L, 47 + 2P) int64: nodal rows after the link's end that hold its modes; modes
+# Columns of Chain.reduced (L, 48 + 2P) int64: nodal rows after the link's end that hold its modes; modes
 # (-1: the link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
 # centreline and of the rotation, F and G, with zeros up to a multiple of four; those of a deflection in y and
 # in z, likewise, Y and Z.
@@ -39,17 +39,18 @@ LINE, MIX, TURN, TURN_MIX, TURNED, GRADIENT, LATERAL = range(29, 36)
 # multiple of four.  Where the link's buffers end.  For each mode where among the centreline's coefficients it
 # is, and where among the rotation's (-1: nowhere).
 WIDTH, HEIGHT, END = 36, 37, 38
-# Where in Chain.modal the strains' products of second order are: of twist and deflection in z in the bending
-# in y, of twist and deflection in y in that in z, of both deflections in the torsion (turning.py); and in
-# Workspace.modal the slopes that they take and give.
-CROSS_Z, CROSS_Y, CROSS_T, BENT = range(39, 43)
+# Where in Chain.modal the strains' products of second order are: of deflection in z with the twist, in the
+# bending in y, and with that in y, in the torsion; of deflection in y with the twist, in the bending in z
+# (turning.py); both transposed. And in Workspace.modal the slopes that they take and give, and the products
+# with one factor, with its rate, and their weights.
+CROSS_Z, CROSS_Y, BACK_Z, BACK_Y, BENT = range(39, 44)
 # Where in Chain.modal are the products of the twists' slopes that each tension sees (T, 1 + t, .), and those
 # of the rotation's functions at the elements' ends (G, G), where their turn of second order counts; and in
 # Workspace.modal the twists, their rates and products (3, .), and the latter times the rotation, times its
 # rate, and room for as much (3, 3, G).
-HELICES, LUMP_GRAM, WOUND, LUMPS = range(43, 47)
-FUNCTION = 47
-COLUMNS = 47
+HELICES, LUMP_GRAM, WOUND, LUMPS = range(44, 48)
+FUNCTION = 48
+COLUMNS = 48
 
 
 def eights(n: int) -> int:
@@ -70,8 +71,9 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     f, g, p, t = (int(size[k]) for k in (CENTRELINE, ROTATION, MODES, TENSIONS))
     axial, y, z = (int(size[k]) for k in (AXIALS, Y_MODES, Z_MODES))
     twists = 2 + p - axial - y - z
-    bent = fours(twists) + fours(3 + y) + fours(3 + z)
-    products = max(2 + y, 2 + z, twists - 1) * fours(3 + max(y, z))
+    bent = sum(fours(2 * n) + fours(n) for n in (twists, 3 + y, 3 + z))
+    with_z = twists * fours(2 + y) + (twists - 1) * fours(3 + y)
+    with_y, strains = twists * fours(2 + z), 3 * fours(2 + max(y, z))
     size[LATERAL_Y], size[LATERAL_Z] = fours(4 + y), fours(4 + z) if b == 6 else 0
     wide, high = int(size[LATERAL_Y]), int(size[LATERAL_Z])
     c, turning, turned = (2, 7, g) if b == 3 else (3, 15, 3 * g + 8)
@@ -85,8 +87,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     for column, length in (
         (MASS_GRAM, f * f), (TURN_GRAM, g * g), (SLOPE_Y, (4 + y) * t * wide), (SLOPE_Z, (4 + z) * t * high),
         (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (ENDS, 2 * b * fours(2 * b)),
-        (COUPLING, 2 * b * p), (SHAPE, shapes), (CROSS_Z, (2 + y) * twists * fours(3 + z)),
-        (CROSS_Y, (2 + z) * twists * fours(3 + y)), (CROSS_T, (twists - 1) * (3 + y) * fours(3 + z)),
+        (COUPLING, 2 * b * p), (SHAPE, shapes), (CROSS_Z, (3 + z) * with_z),
+        (CROSS_Y, (3 + y) * with_y), (BACK_Z, with_z * fours(3 + z)), (BACK_Y, with_y * fours(3 + y)),
         (HELICES, t * (twists - 1) * fours(twists - 1) if b == 6 else 0), (LUMP_GRAM, g * g), (PIECES, 0),
     ):  # fmt: skip
         size[column] = constants
@@ -96,7 +98,7 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (PIVOTS, (p + t) * width), (INVERSE, p + t), (SCALED, t * width), (COLUMN, (3 * b + t) * height),
         (WEIGHT, fours(p + t)), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
         (TURN, turning * g), (TURN_MIX, 27), (TURNED, turned), (GRADIENT, t * (wide + high)),
-        (LATERAL, wide + high), (BENT, 3 * bent + 3 * products), (WOUND, 3 * fours(twists - 1)),
+        (LATERAL, wide + high), (BENT, bent + 3 * (with_z + with_y) + strains), (WOUND, 3 * fours(twists - 1)),
         (LUMPS, (2 if b == 3 else 9) * g), (END, 0),
     ):  # fmt: skip
         size[column] = buffers

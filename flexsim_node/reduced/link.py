@@ -272,11 +272,11 @@ def tension_row(size, data, own, e, b, j, stiffness):
 
 
 @kernel
-def choose_matrix(size, data, own, b, scale, w):
+def choose_matrix(size, data, own, b, scale, heavier, w):
     """Fill in what is constant of the modes' rows, and take it out of the matrix w (2b, 2b) of (end, start).
 
     What the axial tensions stand for leaves w and the pivots too.  Modes are orthogonal in mass and in
-    stiffness and there is no stiffness between them and the ends: M_i + scale K_i is a mode's pivot.
+    stiffness and there is no stiffness between them and the ends: heavier M_i + scale K_i is a mode's pivot.
     """
     tensions = size[TENSIONS] if scale > 0.0 else 0
     width, height = size[WIDTH], size[HEIGHT]
@@ -286,17 +286,17 @@ def choose_matrix(size, data, own, b, scale, w):
         for k in range(width):
             own[row + k] = 0.0
         for k in range(2 * b):
-            own[row + k] = data[at + k]
-        pivot = data[size[MODAL_MASS] + i] + scale * data[size[MODAL_STIFFNESS] + i]
+            own[row + k] = heavier * data[at + k]
+        pivot = heavier * data[size[MODAL_MASS] + i] + scale * data[size[MODAL_STIFFNESS] + i]
         if i < tensions - 1:
             pivot -= scale * data[size[TENSION] + i + 1]
             own[row + 3 * b + i + 1] = 1.0
         inverse = 1.0 / pivot
         own[size[INVERSE] + i] = inverse
         for k in range(2 * b):
-            own[size[COLUMN] + k * height + i] = -inverse * data[at + k]
+            own[size[COLUMN] + k * height + i] = -inverse * own[row + k]
             for p in range(2 * b):
-                w[k, p] -= inverse * data[at + k] * data[at + p]
+                w[k, p] -= inverse * own[row + k] * own[row + p]
     if tensions > 0:
         stiffness = scale * data[size[TENSION]]
         w[0, 0] -= stiffness

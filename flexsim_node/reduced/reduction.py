@@ -38,9 +38,10 @@ from ..beam import (
     squared_slope,
 )
 from .layout import (
+    BACK_Y,
+    BACK_Z,
     COLUMNS,
     COUPLING,
-    CROSS_T,
     CROSS_Y,
     CROSS_Z,
     ENDS,
@@ -84,7 +85,7 @@ class ReducedLink:
     coupling: np.ndarray  # (P, 12), likewise
     element: np.ndarray  # (E, 15)
     shape: np.ndarray  # (nodes, 6, 12 + P)
-    cross: tuple[np.ndarray, np.ndarray, np.ndarray]  # products of second order, see turning_products.py
+    cross: tuple[np.ndarray, ...]  # products of second order, see turning_products.py
     helix: np.ndarray  # (tensions, twists, .) likewise of the twists' slopes
     lump: np.ndarray  # products of the rotation's functions at the elements' ends
     frequency: np.ndarray  # (P,) of the link with its ends held, Hz
@@ -291,7 +292,7 @@ def reduce_link(
 def reduced_links(
     found: dict[int, ReducedLink], links: int, dofs: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (L, 47 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
+    """Table (L, 48 + 2P) and tape of constants of a chain's reduced links (link number to its reduction)."""
     b = len(dofs)
     both = [*dofs, *(6 + k for k in dofs)]
     most = max((sum(one.counts) for one in found.values()), default=0)
@@ -318,7 +319,7 @@ def reduced_links(
             (MASS_GRAM, one.mass), (TURN_GRAM, one.section), (SLOPE_Y, one.slope[0]), (SLOPE_Z, one.slope[1]),
             (TENSION, one.tension), (MODAL_MASS, one.modal_mass), (MODAL_STIFFNESS, one.modal_stiffness),
             (ENDS, ends), (COUPLING, one.coupling[:, both]), (SHAPE, shape), (PIECES, one.element),
-            (CROSS_Z, one.cross[0]), (CROSS_Y, one.cross[1]), (CROSS_T, one.cross[2]),
+            (CROSS_Z, one.cross[0]), (CROSS_Y, one.cross[1]), (BACK_Z, one.cross[2]), (BACK_Y, one.cross[3]),
             (HELICES, one.helix), (LUMP_GRAM, one.lump),
         )  # fmt: skip
         tape += [(int(table[n, column]), part) for column, part in parts]

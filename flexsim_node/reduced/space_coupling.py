@@ -11,7 +11,6 @@ from ..weighted_sum import dot
 from .layout import (
     AXIALS,
     CENTRELINE,
-    FUNCTION,
     LINE,
     LUMPS,
     MASS_GRAM,
@@ -138,43 +137,57 @@ def inertia_coupling(size, data, own, e, start, end, inertia):
 @kernel
 def turn_coupling(size, own, e, start, end, inertia):
     """Add what the sections' second-order turn (T8) has, section_turn.section_coupling at elements' ends."""
-    jy, jz, n, phi, lump = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN], size[LUMPS]
-    made, lx, ly, lz = lump + 6 * n, lump, lump + n, lump + 2 * n
-    half = 0.5 * (jy - jz)
-    for column in range(3, 6):
-        for k in range(n):
-            x, y, z = own[lx + k], own[ly + k], own[lz + k]
-            if column == 3:
-                own[made + k], own[made + n + k], own[made + 2 * n + k] = 0.0, half * z, half * y
-            elif column == 4:
-                own[made + k], own[made + n + k], own[made + 2 * n + k] = jz * z, 0.0, jz * x
-            else:
-                own[made + k], own[made + n + k], own[made + 2 * n + k] = -jy * y, -jy * x, 0.0
-        add_moments(size, own, e, made, column, start, end)
-    xx, yy = dot(n, own, phi, own, lx), dot(n, own, phi + n, own, ly)
-    zz = dot(n, own, phi + 2 * n, own, lz)
+    jy, jz, n, phi, x = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN], size[LUMPS]
+    half, y, z = 0.5 * (jy - jz), x + n, x + 2 * n
+    # moments about x, y and z by the link's angular acceleration about them:
+    #   x: 0, jz z, -jy y;  y: half z, 0, -jy x;  z: half y, jz x, 0
+    add_twists(size, own, jz, z, 4, start, end)
+    add_twists(size, own, -jy, y, 5, start, end)
+    add_turns_of_z(size, own, e, half, z, 3, start, end)
+    add_turns_of_z(size, own, e, -jy, x, 5, start, end)
+    add_turns_of_y(size, own, e, half, y, 3, start, end)
+    add_turns_of_y(size, own, e, jz, x, 4, start, end)
+    xx, yy = dot(n, own, phi, own, x), dot(n, own, phi + n, own, y)
+    zz = dot(n, own, phi + 2 * n, own, z)
     inertia[3, 3] -= jy * (xx + zz) + jz * (xx + yy)
     inertia[4, 4] -= jz * (xx + yy)
     inertia[5, 5] -= jy * (xx + zz)
-    inertia[3, 4] -= jy * dot(n, own, phi, own, ly)
-    inertia[3, 5] -= jz * dot(n, own, phi, own, lz)
-    inertia[4, 5] -= 0.5 * (jy + jz) * dot(n, own, phi + n, own, lz)
+    inertia[3, 4] -= jy * dot(n, own, phi, own, y)
+    inertia[3, 5] -= jz * dot(n, own, phi, own, z)
+    inertia[4, 5] -= 0.5 * (jy + jz) * dot(n, own, phi + n, own, z)
 
 
 @kernel
-def add_moments(size, own, e, g, column, start, end):
-    """Add moments own[g:] (3, G) on the rotation's functions to a column of the ends' and modes' rows."""
-    n, h, width = size[ROTATION], g + size[Y_MODES], size[WIDTH]
-    start[3, column] += own[h] + 0.5 * own[h + 1]
-    end[3, column] += own[h + 2] + 0.5 * own[h + 1]
-    h += n
-    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -own[h + 1])
-    bend_z(start, end, column, w1, t1 - own[h], w2, t2 - own[h + 2])
-    h += n
-    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], own[h + 1])
-    bend_y(start, end, column, w1, own[h] + t1, w2, own[h + 2] + t2)
-    for i in range(size[AXIALS], size[MODES]):
-        own[size[PIVOTS] + i * width + 12 + column] += own[g + size[FUNCTION + 2 * i + 1]]
+def add_twists(size, own, factor, g, column, start, end):
+    """Add factor times own[g:] (G,), moments about x, to a column of the ends' and modes' rows."""
+    h, space = g + size[Y_MODES], size[AXIALS] + size[Y_MODES] + size[Z_MODES]
+    start[3, column] += factor * (own[h] + 0.5 * own[h + 1])
+    end[3, column] += factor * (own[h + 2] + 0.5 * own[h + 1])
+    at, h = size[PIVOTS] + space * size[WIDTH] + 12 + column, h + 3 + size[Z_MODES]
+    for i in range(size[MODES] - space):
+        own[at + i * size[WIDTH]] += factor * own[h + i]
+
+
+@kernel
+def add_turns_of_z(size, own, e, factor, g, column, start, end):
+    """The same for moments about y, those of a deflection in z."""
+    h = g + size[Y_MODES]
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Y], -factor * own[h + 1])
+    bend_z(start, end, column, w1, t1 - factor * own[h], w2, t2 - factor * own[h + 2])
+    at = size[PIVOTS] + (size[AXIALS] + size[Y_MODES]) * size[WIDTH] + 12 + column
+    for i in range(size[Z_MODES]):
+        own[at + i * size[WIDTH]] += factor * own[h + 3 + i]
+
+
+@kernel
+def add_turns_of_y(size, own, e, factor, g, column, start, end):
+    """The same for moments about z, those of a deflection in y."""
+    h = g + size[Y_MODES]
+    w1, t1, w2, t2 = middle_forces(e, e[SHEAR_Z], factor * own[h + 1])
+    bend_y(start, end, column, w1, factor * own[h] + t1, w2, factor * own[h + 2] + t2)
+    at = size[PIVOTS] + size[AXIALS] * size[WIDTH] + 12 + column
+    for i in range(size[Y_MODES]):
+        own[at + i * size[WIDTH]] += factor * own[g + i]
 
 
 @kernel

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from ..beam import BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION
 from ..kernel import kernel
-from ..weighted_sum import combine, dot
+from ..weighted_sum import add_combined, combine, dot, mix
 from .layout import (
     AXIALS,
+    BACK_Y,
+    BACK_Z,
     BENT,
-    CROSS_T,
     CROSS_Y,
     CROSS_Z,
     HELICES,
@@ -27,12 +28,22 @@ from .layout import (
 
 @kernel
 def counts(size):
-    """Numbers of twists and of slopes in y and in z, places of the slopes, and length of all."""
+    """Numbers of twists and of slopes in y and in z."""
     y, z = 3 + size[Y_MODES], 3 + size[Z_MODES]
-    twists = 2 + size[MODES] - size[AXIALS] - size[Y_MODES] - size[Z_MODES]
-    at_y = fours(twists)
-    at_z = at_y + fours(y)
-    return twists, y, z, at_y, at_z, at_z + fours(z)
+    return 2 + size[MODES] - size[AXIALS] - size[Y_MODES] - size[Z_MODES], y, z
+
+
+@kernel
+def stretches(size):
+    """Where twists and slopes in y and in z are, each with their rates behind, and the forces on them."""
+    twists, y, z = counts(size)
+    at = size[BENT]
+    at_y = at + fours(2 * twists)
+    at_z = at_y + fours(2 * y)
+    out = at_z + fours(2 * z)
+    out_y = out + fours(twists)
+    out_z = out_y + fours(y)
+    return at, at_y, at_z, out, out_y, out_z, out_z + fours(z)
 
 
 @kernel
@@ -42,54 +53,48 @@ def fours(n):
 
 
 @kernel
-def write_slopes(size, e, rows, first, own, at):
-    """Write twists, slopes in y and in z of nodal rows, flat, into own[at:], each with zeros up to four."""
+def write_slopes(size, e, rows, first, own, at, at_y, at_z):
+    """Write twists and slopes in y and in z of nodal rows, flat."""
     p, r, m = 6 * first, 6 * first + 6, 6 * first + 12 + size[AXIALS]
-    twists, y, z, at_y, at_z, count = counts(size)
-    for k in range(count):
-        own[at + k] = 0.0
+    twists, y, z = counts(size)
     own[at], own[at + 1] = 0.5 * (rows[p + 3] + rows[r + 3]), 0.5 * (rows[r + 3] - rows[p + 3])
     for k in range(2, twists):
         own[at + k] = rows[m + y + z - 8 + k]
-    h = at + at_y
     mean = 0.5 * (rows[p + 5] + rows[r + 5])
-    own[h], own[h + 1] = mean, rows[r + 5] - rows[p + 5]
-    own[h + 2] = (rows[r + 1] - rows[p + 1]) / e[LENGTH] - mean
+    own[at_y], own[at_y + 1] = mean, rows[r + 5] - rows[p + 5]
+    own[at_y + 2] = (rows[r + 1] - rows[p + 1]) / e[LENGTH] - mean
     for k in range(3, y):
-        own[h + k] = rows[m + k - 3]
-    h = at + at_z
+        own[at_y + k] = rows[m + k - 3]
     mean = -0.5 * (rows[p + 4] + rows[r + 4])
-    own[h], own[h + 1] = mean, rows[p + 4] - rows[r + 4]
-    own[h + 2] = (rows[r + 2] - rows[p + 2]) / e[LENGTH] - mean
+    own[at_z], own[at_z + 1] = mean, rows[p + 4] - rows[r + 4]
+    own[at_z + 2] = (rows[r + 2] - rows[p + 2]) / e[LENGTH] - mean
     for k in range(3, z):
-        own[h + k] = rows[m + y + k - 6]
+        own[at_z + k] = rows[m + y + k - 6]
 
 
 @kernel
-def add_slope_forces(size, e, own, at, force, first):
-    """Add the forces own[at:] on twists and slopes to those on the nodal rows, flat."""
+def add_slope_forces(size, e, own, at, at_y, at_z, force, first):
+    """Add the forces on twists and slopes to those on the nodal rows, flat."""
     p, r, m = 6 * first, 6 * first + 6, 6 * first + 12 + size[AXIALS]
-    twists, y, z, at_y, at_z, _ = counts(size)
+    twists, y, z = counts(size)
     force[p + 3] += 0.5 * (own[at] - own[at + 1])
     force[r + 3] += 0.5 * (own[at] + own[at + 1])
     for k in range(2, twists):
         force[m + y + z - 8 + k] += own[at + k]
-    h = at + at_y
-    mean, pull = 0.5 * (own[h] - own[h + 2]), own[h + 2] / e[LENGTH]
+    mean, pull = 0.5 * (own[at_y] - own[at_y + 2]), own[at_y + 2] / e[LENGTH]
     force[p + 1] -= pull
     force[r + 1] += pull
-    force[p + 5] += mean - own[h + 1]
-    force[r + 5] += mean + own[h + 1]
+    force[p + 5] += mean - own[at_y + 1]
+    force[r + 5] += mean + own[at_y + 1]
     for k in range(3, y):
-        force[m + k - 3] += own[h + k]
-    h = at + at_z
-    mean, pull = 0.5 * (own[h] - own[h + 2]), own[h + 2] / e[LENGTH]
+        force[m + k - 3] += own[at_y + k]
+    mean, pull = 0.5 * (own[at_z] - own[at_z + 2]), own[at_z + 2] / e[LENGTH]
     force[p + 2] -= pull
     force[r + 2] += pull
-    force[p + 4] -= mean - own[h + 1]
-    force[r + 4] -= mean + own[h + 1]
+    force[p + 4] -= mean - own[at_z + 1]
+    force[r + 4] -= mean + own[at_z + 1]
     for k in range(3, z):
-        force[m + y + k - 6] += own[h + k]
+        force[m + y + k - 6] += own[at_z + k]
 
 
 @kernel
@@ -149,14 +154,16 @@ def stiffness_of(size, data, e, family, k):
 
 
 @kernel
-def family_of(size, family):
-    """Of a family of strains: number, products, place of the linear ones; count of x, places, width of y."""
-    twists, y, z, at_y, at_z, _ = counts(size)
-    if family == 0:
-        return y - 1, size[CROSS_Z], at_y + 1, twists, 0, at_z, fours(z)
-    if family == 1:
-        return z - 1, size[CROSS_Y], at_z + 1, twists, 0, at_y, fours(y)
-    return twists - 1, size[CROSS_T], 1, y, at_y, at_z, fours(z)
+def bending_strains(size, plane):
+    """Of the bending strains in y (plane 0) or in z (1): number, place of the linear ones, of the products.
+
+    The last is counted from the first products; behind those of plane 0 are those of the torsion.
+    """
+    twists, y, z = counts(size)
+    _, at_y, at_z, _, _, _, _ = stretches(size)
+    if plane == 0:
+        return y - 1, at_y + 1, 0
+    return z - 1, at_z + 1, twists * fours(y - 1) + (twists - 1) * fours(y)
 
 
 @kernel
@@ -167,38 +174,53 @@ def add_turning(size, data, own, e, d, v, first, still, beta, force):
     """
     if size[TENSIONS] == 0:
         return
-    _, _, _, _, _, count = counts(size)
-    at, rate, out, by_x = size[BENT], size[BENT] + count, size[BENT] + 2 * count, size[BENT] + 3 * count
-    write_slopes(size, e, d, first, own, at)
-    if beta != 0.0:
-        write_slopes(size, e, v, first, own, rate)
-    for k in range(count):
-        own[out + k] = 0.0
-    for family in range(3):
-        number, cross, linear, nx, x, y, width = family_of(size, family)
-        whole = number * width
-        by_rate, spread = by_x + whole, by_x + 2 * whole
-        combine(nx, own, at + x, data, cross, whole, own, by_x, whole)
-        if beta != 0.0:
-            combine(nx, own, rate + x, data, cross, whole, own, by_rate, whole)
+    twists, y, z = counts(size)
+    at, at_y, at_z, out, out_y, out_z, by = stretches(size)
+    write_slopes(size, e, d, first, own, at, at_y, at_z)
+    write_slopes(size, e, v, first, own, at + twists, at_y + y, at_z + z)
+    # G_kab y_b of the displacements and of the rates, and the weights of G_kab
+    torsion = twists * fours(y - 1)
+    with_z, with_y = torsion + (twists - 1) * fours(y), twists * fours(z - 1)
+    weights = by + 2 * (with_z + with_y)
+    stress = weights + with_z + with_y
+    mix(2, z, own, at_z, data, size[CROSS_Z], with_z, own, by)
+    mix(2, y, own, at_y, data, size[CROSS_Y], with_y, own, by + 2 * with_z)
+    for k in range(out, by, 4):
+        own[k], own[k + 1], own[k + 2], own[k + 3] = 0.0, 0.0, 0.0, 0.0
+    for plane in range(2):
+        number, linear, place = bending_strains(size, plane)
+        wide, made = fours(number), by + 2 * place
+        quickly, speed = made + (with_y if plane == 1 else with_z), linear + (z if plane == 1 else y)
+        on_linear = (out_z if plane == 1 else out_y) + 1
+        more, quick = stress + wide, stress + 2 * wide
+        combine(twists, own, at, own, made, wide, own, more, wide)
+        combine(twists, own, at, own, quickly, wide, own, quick, wide)
+        add_combined(twists, own, at + twists, own, made, wide, own, quick, wide)
         for k in range(number):
-            stiffness, row = stiffness_of(size, data, e, family, k), by_x + k * width
-            unit = 2.0 if family == 2 and k == 0 else 1.0
-            more = still * dot(width, own, row, own, at + y)
-            stress = more + still * unit * own[at + linear + k]
-            if beta != 0.0:
-                quick = dot(width, own, row, own, rate + y)
-                quick += dot(width, own, by_rate + k * width, own, at + y)
-                more += beta * quick
-                stress += beta * (quick + unit * own[rate + linear + k])
-            stress *= stiffness
-            own[out + linear + k] += unit * stiffness * more
-            for b in range(width):
-                own[out + y + b] += stress * own[row + b]
-                own[spread + k * width + b] = stress * own[at + y + b]
-        for a in range(nx):
-            own[out + x + a] += dot(whole, data, cross + a * whole, own, spread)
-    add_slope_forces(size, e, own, out, force, first)
+            stiffness = stiffness_of(size, data, e, plane, k)
+            second = still * own[more + k] + beta * own[quick + k]
+            own[on_linear + k] += stiffness * second
+            own[stress + k] = stiffness * (second + still * own[linear + k] + beta * own[speed + k])
+        for k in range(number, wide):
+            own[stress + k] = 0.0
+        for a in range(twists):
+            own[out + a] += dot(wide, own, stress, own, made + a * wide)
+            combine(1, own, at + a, own, stress, wide, own, weights + place + a * wide, wide)
+    wide = fours(y)
+    for k in range(twists - 1):
+        unit, made = 2.0 if k == 0 else 1.0, by + torsion + k * wide
+        stiffness = stiffness_of(size, data, e, 2, k)
+        second = still * dot(wide, own, at_y, own, made)
+        second += beta * (dot(wide, own, at_y, own, made + with_z) + dot(wide, own, at_y + y, own, made))
+        own[out + 1 + k] += unit * stiffness * second
+        own[stress] = stiffness * (
+            second + unit * (still * own[at + 1 + k] + beta * own[at + twists + 1 + k])
+        )
+        add_combined(1, own, stress, own, made, wide, own, out_y, wide)
+        combine(1, own, stress, own, at_y, wide, own, weights + torsion + k * wide, wide)
+    add_combined(with_z, own, weights, data, size[BACK_Z], fours(z), own, out_z, fours(z))
+    add_combined(with_y, own, weights + with_z, data, size[BACK_Y], fours(y), own, out_y, fours(y))
+    add_slope_forces(size, e, own, out, out_y, out_z, force, first)
 
 
 @kernel
@@ -206,16 +228,25 @@ def turning_energy(size, data, own, e, d, first):
     """What the second order adds to the strain energy of the nodal rows d, flat, J."""
     if size[TENSIONS] == 0:
         return 0.0
-    _, _, _, _, _, count = counts(size)
-    at, by_x, total = size[BENT], size[BENT] + 3 * count, 0.0
-    write_slopes(size, e, d, first, own, at)
-    for family in range(3):
-        number, cross, linear, nx, x, y, width = family_of(size, family)
-        whole = number * width
-        combine(nx, own, at + x, data, cross, whole, own, by_x, whole)
+    twists, y, z = counts(size)
+    at, at_y, at_z, _, _, _, by = stretches(size)
+    write_slopes(size, e, d, first, own, at, at_y, at_z)
+    torsion = twists * fours(y - 1)
+    with_z, with_y = torsion + (twists - 1) * fours(y), twists * fours(z - 1)
+    combine(z, own, at_z, data, size[CROSS_Z], with_z, own, by, with_z)
+    combine(y, own, at_y, data, size[CROSS_Y], with_y, own, by + with_z, with_y)
+    total = 0.0
+    for plane in range(2):
+        number, linear, place = bending_strains(size, plane)
         for k in range(number):
-            unit = 2.0 if family == 2 and k == 0 else 1.0
-            more = dot(width, own, by_x + k * width, own, at + y)
-            stiffness = stiffness_of(size, data, e, family, k)
-            total += stiffness * more * (unit * own[at + linear + k] + 0.5 * more)
+            more = 0.0
+            for a in range(twists):
+                more += own[at + a] * own[by + place + a * fours(number) + k]
+            total += stiffness_of(size, data, e, plane, k) * more * (own[linear + k] + 0.5 * more)
+    for k in range(twists - 1):
+        more = 0.0
+        for a in range(y):
+            more += own[at_y + a] * own[by + torsion + k * fours(y) + a]
+        unit = 2.0 if k == 0 else 1.0
+        total += stiffness_of(size, data, e, 2, k) * more * (unit * own[at + 1 + k] + 0.5 * more)
     return total

@@ -42,8 +42,9 @@ def helices(rows: np.ndarray, shape: np.ndarray, counts: tuple[int, ...], weight
 
 def turning_products(
     whole: np.ndarray, rows: np.ndarray, shape: np.ndarray, counts: tuple[int, ...], turns: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Products in the bending strains in y, in those in z and in the torsion; empty where nothing turns.
+) -> tuple[np.ndarray, ...]:
+    """Products with the slopes in z, in the bending strains in y and the torsion, and with those in y, in the
+    bending strains in z; both transposed. Empty where nothing turns.
 
     Parameters
     ----------
@@ -53,11 +54,12 @@ def turning_products(
 
     Returns
     -------
-    (2 + t, 2 + y, 3 + z), (2 + t, 2 + z, 3 + y), (3 + y, 1 + t, 3 + z) for y, z, t modes of the kinds:
-    factor, strain, other factor, the last with zeros up to a multiple of four
+    (3 + z, .) and (3 + y, .) for y, z, t modes of the kinds: of slopes in z by 2 + t twists and 2 + y strains,
+    behind them by 1 + t strains and 3 + y slopes in y; of slopes in y by 2 + t twists and 2 + z strains. The
+    last one of each has zeros up to a multiple of four.  Likewise transposed.
     """
     if not turns:
-        return np.zeros(0), np.zeros(0), np.zeros(0)
+        return (np.zeros(0),) * 4
     axial, y, z, _ = counts
     nodal = np.concatenate(
         [
@@ -81,11 +83,11 @@ def turning_products(
         return np.einsum("ae,be->abe", left, right)
 
     def projected(strains: np.ndarray, stiffness: np.ndarray, parts: np.ndarray) -> np.ndarray:
-        """Of parts (s, a, b, E) with linear strains (s, k, E) and stiffness (s, E): (k, a, b)."""
+        """Of parts (s, a, b, E) with linear strains (s, k, E) and stiffness (s, E): (b, a, k)."""
         own = np.einsum("ske,se->k", strains**2, stiffness)
         made = np.einsum("ske,se,sabe->kab", strains, stiffness, parts)
         found = np.divide(made, own[:, None, None], out=np.zeros_like(made), where=own[:, None, None] > 0.0)
-        return np.pad(found, ((0, 0), (0, 0), (0, -made.shape[2] % 4)))
+        return found.T
 
     in_y = projected(
         np.array([c_z[1:], s_z[1:]]),
@@ -107,5 +109,17 @@ def turning_products(
         (products(c_z, 0.5 * m_y + o_y * s_y) - products(0.5 * m_z + o_z * s_z, c_y))[None],
     )
     # the ends' strain is the difference of their twists, 2 x1; a mode's is its coordinate
-    in_twist[0] *= 2.0
-    return in_y.transpose(1, 0, 2), in_z.transpose(1, 0, 2), in_twist.transpose(1, 0, 2)
+    in_twist[:, :, 0] *= 2.0
+    with_z = np.concatenate([together(in_y), together(in_twist.transpose(0, 2, 1))], axis=1)
+    with_y = together(in_z)
+    return with_z, with_y, padded(with_z.T), padded(with_y.T)
+
+
+def together(products: np.ndarray) -> np.ndarray:
+    """(b, a, k) with the last two as one, and zeros behind each k."""
+    return padded(products).reshape(len(products), -1)
+
+
+def padded(rows: np.ndarray) -> np.ndarray:
+    """Rows with zeros up to a multiple of four."""
+    return np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, -rows.shape[-1] % 4)])

@@ -27,6 +27,10 @@ class Motion:
         n = 2.0**order
         return Motion((n * self.tip - coarser.tip) / (n - 1.0), (n * self.angle - coarser.angle) / (n - 1.0))
 
+    def shifted(self, start: Motion, end: Motion) -> Motion:
+        """This motion changed by what leads from `start` to `end`."""
+        return Motion(self.tip + end.tip - start.tip, self.angle + end.angle - start.angle)
+
     def apart(self, other: Motion) -> Array:
         """Largest distance of a tip, m, and of any joint, rad or m."""
         return np.array([far(self.tip, other.tip), float(np.max(np.abs(self.angle - other.angle)))])

@@ -37,7 +37,9 @@ PROBE = 0.02
 MESH_ORDER = {"erls": 4, "co_moving": 2}
 """Order of the tip's error in the length of an element."""
 LEAST_FINEST = 8
-"""Elements a link of the finest mesh, so that four meshes show its order."""
+"""Elements a link of the mesh at which a reference's steps are refined."""
+MESH_STEP = 2.0
+"""Step at which a reference's meshes are refined, as a multiple of the shortest one plotted."""
 MOST_KINKS = 200
 """Rows of torque tables at which the reference's steps end."""
 
@@ -276,7 +278,7 @@ class RobotStudy:
         """
         finest = max(LEAST_FINEST, 2 * self.grid.elements[-1]) * 2**self.finer
         base = STEPS[-1] / 2**self.finer
-        fine, half, quarter = (self.grid.meshed(finest // n) for n in (1, 2, 4))
+        fine, half = self.grid.meshed(finest), self.grid.meshed(finest // 2)
         families = {"rosenbrock_w": base, "generalized_alpha": 4.0 / 3.0 * base}
         runs: dict[str, Motion] = {}
         orders: dict[str, float] = {}
@@ -305,20 +307,21 @@ class RobotStudy:
             return one.best, np.maximum(one.error, one.best.apart(other.best))
 
         def mesh(best: Motion, changed: dict[str, Any], order: int) -> tuple[Motion, Array]:
-            """The same without the mesh's error as far as it can be taken out, and what may be left."""
+            """The same without the mesh's error as far as it can be taken out, and what may be left.
+
+            Meshes up to four times finer are compared at a longer step, so that they cost little more than
+            the runs above; how far that step changes the comparison is part of what may be left.
+            """
             if not self.grid.flexible:
                 return best, np.zeros(2)
-            at = base / 2.0
-            meshes = [*([self.grid.meshed(finest // 8)] if finest >= 8 else []), quarter, half, fine]
-            several = [moved("rosenbrock_w", at, {**changed, **m}) for m in meshes]
+            meshes = [half, fine, self.grid.meshed(2 * finest), self.grid.meshed(4 * finest)]
+            several = [moved("rosenbrock_w", MESH_STEP * base, {**changed, **m}) for m in meshes]
             found = settle(several, float(order))
             name = changed.get("formulation", self.scene.formulation)
             orders[f"mesh, {name}"] = float(found.order[0])
-            shift = found.best
-            moved_by = Motion(
-                best.tip + shift.tip - several[-1].tip, best.angle + shift.angle - several[-1].angle
-            )
-            return moved_by, found.error
+            coarse, near = (moved("rosenbrock_w", base / 2.0, {**changed, **m}) for m in (half, fine))
+            crossed = near.apart(several[1].shifted(several[0], coarse))
+            return best.shifted(several[1], found.best), found.error + crossed
 
         own = self.scene.formulation
         best, steps = both(fine, "")
@@ -337,7 +340,7 @@ class RobotStudy:
             " that end at every jump"
         )
         if self.grid.flexible:
-            how += f", {finest} elements a link against {finest // 2} and {finest // 4}"
+            how += f", meshes of {finest // 2} to {4 * finest} elements a link"
         formulations: dict[str, dict[str, Any]] = {}
         for name, changed in self.grid.other_formulations().items():
             refused = self.grid.refusal(changed)

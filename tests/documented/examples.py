@@ -48,8 +48,11 @@ RUN_BY_THE_TEST: dict[str, Example] = {
     ),
     "flexsim effects config/anthropomorphic.yaml --duration 0.2": STUDY,
     "flexsim effects config/anthropomorphic.yaml --duration 0.5": STUDY,
-    "flexsim effects config/planar_double_pendulum.yaml --tolerance 1e-3 --json": STUDY,
     "flexsim effects config/planar_double_pendulum.yaml --duration 0.2 --tolerance 1e-3 --set effects=auto"
+    " --json": STUDY,
+    "flexsim effects config/planar_double_pendulum.yaml --duration 0.1 --tolerance 1e-3"
+    " --set formulation=auto": STUDY,
+    "flexsim effects config/planar_double_pendulum.yaml --tolerance 1e-3 --set formulation=auto"
     " --json": STUDY,
     # accuracy, hard cases
     "flexsim accuracy config/planar_double_pendulum.yaml --tolerance 0.5mm": STUDY,
