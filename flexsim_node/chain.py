@@ -98,8 +98,8 @@ class Workspace(NamedTuple):
     correction: np.ndarray  # (1,): of the last Newton step, m or rad
     held: np.ndarray  # (L,) bool: joints whose motion is prescribed
     iteration: np.ndarray  # (E, 2B, 2B): mass + scale * stiffness, of reduced links without their modes
-    # (4,): of the stiffness, of the joints' damping and of their springs, -1 before any; of the elastic motion's
-    # mass, with Rayleigh's alpha (damping.py)
+    # (4,): of the stiffness, of the joints' damping and of their springs, -1 before any; of the elastic
+    # motion's mass, with Rayleigh's alpha (damping.py)
     scale: np.ndarray
     pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)

@@ -27,7 +27,7 @@ from .reduced import link as reduced_link
 from .reduced.layout import MODES
 
 GRADIENTS = 200  # conjugate gradients at most
-RESIDUAL = 1e-10  # of the squared norm at the start, that is left
+RESIDUAL = 1e-10  # of the energy of what is found, that is left
 
 
 @kernel
@@ -45,24 +45,22 @@ def solve_damped(chain, work, rhs, out):
     """Let out (n,) be the answer with Rayleigh's alpha, from that without.
 
     The factors have it where it is the nodes' own.  Elsewhere its matrix, alpha P^T M P (damping.py), couples
-    every elastic unknown with every other, and the factors are those of the rest.  They are the preconditioner of conjugate gradients, which converge at
-    once where a step is short against 1/alpha.
+    every elastic unknown with every other, and the factors are those of the rest.  They precondition
+    conjugate gradients, which converge at once where a step is short against 1/alpha.
     """
     if chain.setting[RELATIVE] == 0.0 or work.scale[1] == 0.0 or work.scale[3] != 1.0:
         return
     r, z, p, rest, whole = work.vector[11], work.vector[12], work.vector[13], work.vector[14], work.vector[15]
-    n, factor, energy, begun, apart = out.size, work.scale[1], 0.0, 0.0, 1.0
+    n, factor, energy, found, apart = out.size, work.scale[1], 0.0, 0.0, 0.0
     for i in range(n):
         r[i], z[i], p[i], rest[i], out[i] = rhs[i], out[i], 0.0, 0.0, 0.0
     for k in range(GRADIENTS):
         last, energy = energy, 0.0
         for i in range(n):
             energy += r[i] * z[i]
-        if k == 0:
-            begun = energy
-        # a step of unit length leaves so much of what is left as both matrices are apart
+        # a step of unit length leaves as much of what is left as both matrices are apart
         share = 0.0 if k == 0 else energy / last
-        if not max(apart * apart, share) * energy > RESIDUAL * begun:
+        if not energy > 0.0 or (k > 0 and not max(apart * apart, share) * energy > RESIDUAL * found):
             for i in range(n):
                 out[i] += z[i]
             return
@@ -76,7 +74,8 @@ def solve_damped(chain, work, rhs, out):
             whole[i] = rest[i] + factor * whole[i]
             plain += p[i] * rest[i]
             curvature += p[i] * whole[i]
-        length, apart = energy / curvature, curvature / plain - 1.0
+        length, apart = energy / curvature, max(apart, curvature / plain - 1.0)
+        found += length * energy
         for i in range(n):
             out[i] += length * p[i]
             r[i] -= length * whole[i]

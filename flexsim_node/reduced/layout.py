@@ -98,8 +98,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (PIVOTS, (p + t) * width), (INVERSE, p + t), (SCALED, t * width), (COLUMN, (3 * b + t) * height),
         (WEIGHT, fours(p + t)), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
         (TURN, turning * g), (TURN_MIX, 27), (TURNED, turned), (GRADIENT, t * (wide + high)),
-        (LATERAL, wide + high), (BENT, bent + 3 * (with_z + with_y) + strains), (WOUND, 3 * fours(twists - 1)),
-        (LUMPS, (2 if b == 3 else 9) * g), (END, 0),
+        (LATERAL, wide + high), (BENT, bent + 3 * (with_z + with_y) + strains),
+        (WOUND, 3 * fours(twists - 1)), (LUMPS, (2 if b == 3 else 9) * g), (END, 0),
     ):  # fmt: skip
         size[column] = buffers
         buffers += eights(length)

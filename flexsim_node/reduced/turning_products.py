@@ -54,9 +54,9 @@ def turning_products(
 
     Returns
     -------
-    (3 + z, .) and (3 + y, .) for y, z, t modes of the kinds: of slopes in z by 2 + t twists and 2 + y strains,
-    behind them by 1 + t strains and 3 + y slopes in y; of slopes in y by 2 + t twists and 2 + z strains. The
-    last one of each has zeros up to a multiple of four.  Likewise transposed.
+    (3 + z, .) and (3 + y, .) for y, z, t modes of the kinds: of slopes in z by 2 + t twists and 2 + y
+    strains, behind them by 1 + t strains and 3 + y slopes in y; of slopes in y by 2 + t twists and 2 + z
+    strains. The last one of each has zeros up to a multiple of four.  Likewise transposed.
     """
     if not turns:
         return (np.zeros(0),) * 4

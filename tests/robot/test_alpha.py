@@ -6,8 +6,11 @@ from scenes import anthropomorphic, link, robot, two_link
 from test_independent_equations import SCENES, SETS
 
 from flexsim_node import SceneError, load_scene
-from flexsim_node.chain import COORDINATES, FIXED, KIND, PHI, Q
+from flexsim_node.chain import COORDINATES, FIXED, KIND, PHI, Q, workspace
+from flexsim_node.factorization import factorize, set_scale
+from flexsim_node.kinematics import place
 from flexsim_node.model import build_model
+from flexsim_node.substitution import solve
 from flexsim_node.tangent import damping_matrix, mass_matrix
 
 pytestmark = pytest.mark.equations
@@ -33,16 +36,26 @@ CASES = {
 }
 
 
-def matrices(scene, alpha, x):
-    """The damping matrix of alpha alone, and P^T M P."""
-    scene = {key: value for key, value in scene.items() if key != "damping"}
-    with_it, without = (build_model(load_scene(scene, {"damping.alpha": a})) for a in (alpha, 0.0))
-    chain, n = with_it.chain, with_it.unknowns
-    own = np.eye(n)
-    own[: int(chain.setting[COORDINATES])] = 0.0
-    for row in chain.link:
+def rates_of_vibration(model):
+    """P: the elastic motion's rates, of all rates."""
+    own = np.eye(model.unknowns)
+    own[: int(model.chain.setting[COORDINATES])] = 0.0
+    for row in model.chain.link:
         if row[KIND] != FIXED and row[PHI] >= 0:
             own[row[Q], row[PHI]] = -1.0
+    return own
+
+
+def models(scene, alpha):
+    """With alpha as its only damping of links, and with none."""
+    scene = {key: value for key, value in scene.items() if key != "damping"}
+    return (build_model(load_scene(scene, {"damping.alpha": a})) for a in (alpha, 0.0))
+
+
+def matrices(scene, alpha, x):
+    """The damping matrix of alpha alone, and P^T M P."""
+    with_it, without = models(scene, alpha)
+    own = rates_of_vibration(with_it)
     damping = damping_matrix(with_it, x(with_it)) - damping_matrix(without, x(without))
     return damping, own.T @ mass_matrix(without, x(without)) @ own
 
@@ -73,16 +86,38 @@ def test_matrix_is_that_of_the_dissipation_function(name):
     assert np.min(np.linalg.eigvalsh(0.5 * (damping + damping.T))) > -1e-6 * size
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_a_step_is_solved_with_all_of_it(name):
+    """The factors, or conjugate gradients after them, have the mass with alpha's whole matrix beside it."""
+    model, without = models(CASES[name], alpha := 30.0)
+    n, x, share = model.unknowns, straight(model), 0.02
+    mass, own = mass_matrix(without, x), rates_of_vibration(model)
+    plain = mass + share * damping_matrix(without, x)
+    whole = plain + share * alpha * own.T @ mass @ own
+    work = workspace(model.chain)
+    place(model.chain, work, x)
+    set_scale(model.chain, work, 0.0, share, 0.0)
+    assert factorize(model.chain, work) == 0
+    load, found = np.cos(np.arange(n)), np.zeros(n)
+    solve(model.chain, work, load, found)
+    right = np.linalg.solve(whole, load)
+    # in the norm of the energy, in which the gradients end
+    off = found - right
+    assert off @ whole @ off < 1e-8 * (right @ whole @ right)
+    off = np.linalg.solve(plain, load) - right
+    assert off @ whole @ off > right @ whole @ right
+
+
 def test_rigid_motion_is_not_damped():
     """Joints feel nothing of it, whatever is zeroed; the thesis' form lets elastic rates push them."""
     for erls in ({"zeroed": "root"}, {"zeroed": "chord"}):
         damping, _ = matrices(two_link(erls=erls), 3.0, straight)
         assert np.max(np.abs(damping[:2])) == 0.0 and np.max(np.abs(damping[:, :2])) == 0.0
-    models = [
+    both = [
         build_model(load_scene(two_link(erls={"zeroed": "root"}, damping=damping)))
         for damping in ({"alpha": 3.0, "alpha_form": "thesis"}, {})
     ]
-    thesis, none = (damping_matrix(model, straight(model)) for model in models)
+    thesis, none = (damping_matrix(model, straight(model)) for model in both)
     assert np.max(np.abs(thesis - none)[:2]) > 0.1
 
 
