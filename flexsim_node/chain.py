@@ -101,7 +101,9 @@ class Workspace(NamedTuple):
     # (4,): of the stiffness, of the joints' damping and of their springs, -1 before any; of the elastic
     # motion's mass, with Rayleigh's alpha (damping.py)
     scale: np.ndarray
-    pivot: np.ndarray  # (N * B, 3B + 1): rows of the factorisation
+    pivot: (
+        np.ndarray
+    )  # (N * B + 1, 3B + 1): rows of the factorisation, one more for the last vector's surplus
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)
     spring: np.ndarray  # (L, 2): joint spring in the matrix, 1 / pivot of its motor
     interface: np.ndarray  # (L, 2B, 2B)
@@ -171,7 +173,7 @@ def workspace(chain: Chain, **shared: np.ndarray) -> Workspace:
         held=zeros(links, dtype=np.bool_),
         iteration=zeros(chain.mass.shape),
         scale=np.full(4, -1.0),
-        pivot=zeros((nodes * b, 3 * b + 1)),
+        pivot=zeros((nodes * b + 1, 3 * b + 1)),
         joint_pivot=zeros((links, 2, 2 * b + 2)),
         spring=zeros((links, 2)),
         interface=zeros((links, 2 * b, 2 * b)),

@@ -30,6 +30,7 @@ from .chain import (
 )
 from .co_moving import elimination
 from .damping import nodal_alpha
+from .flat import flat
 from .interface import hand_over, hand_over_planar
 from .joint_elimination import eliminate_joint
 from .kernel import kernel
@@ -39,6 +40,7 @@ from .reduced import plane as planar_reduced_beam
 from .reduced import space_coupling as spatial_reduced_coupling
 from .reduced.layout import MODES, TENSION, TENSIONS
 from .spatial_strain import iteration_turning
+from .weighted_sum import add_last_planar_rows, add_last_rows, add_later_planar_rows, add_later_rows
 
 
 @kernel
@@ -221,21 +223,19 @@ def eliminate_node(index, work, i, b):
             c = inverse * row[j]
             for k in range(size):
                 w[j, k] -= c * row[k]
-    # what is left of node before and A, all pivots at once
-    r = work.pivot[i * b : i * b + b]
+    # what is left of node before and A, all pivots at once; the lower triangle is not looked at
+    weights, rows, front = flat(work.row), flat(work.pivot), flat(w)
+    first, width, apart = i * b * (size + 1), size + 1, work.row.shape[1]
+    for p in range(b):
+        row, at = work.pivot[i * b + p], p * apart
+        for j in range(2 * b):
+            weights[at + j] = -row[size] * row[b + j]
     if b == 3:
-        for j in range(b, size):
-            c0, c1, c2 = r[0, j] * r[0, size], r[1, j] * r[1, size], r[2, j] * r[2, size]
-            for k in range(j, size):
-                w[j, k] -= c0 * r[0, k] + c1 * r[1, k] + c2 * r[2, k]
+        add_later_planar_rows(3, weights, 0, apart, 1, rows, first + 3, width, front, 30, 9)
+        add_last_planar_rows(3, weights, 3, apart, 1, rows, first + 6, width, front, 60, 9)
     else:
-        for j in range(b, size):
-            c0, c1, c2 = r[0, j] * r[0, size], r[1, j] * r[1, size], r[2, j] * r[2, size]
-            c3, c4, c5 = r[3, j] * r[3, size], r[4, j] * r[4, size], r[5, j] * r[5, size]
-            for k in range(j, size):
-                w[j, k] -= (c0 * r[0, k] + c1 * r[1, k] + c2 * r[2, k]) + (
-                    c3 * r[3, k] + c4 * r[4, k] + c5 * r[5, k]
-                )
+        add_later_rows(6, weights, 0, apart, 1, rows, first + 6, width, front, 114, 18)
+        add_last_rows(6, weights, 6, apart, 1, rows, first + 12, width, front, 228, 18)
     return True
 
 
