@@ -17,6 +17,14 @@ r = R / (1 - R) the answer to jumps d that repeat:
     r(mu) = (1 + (1 - 2 gamma) mu) / (mu (gamma^2 mu - 1)),  L r(h L) (L^-1 d) = -1/2 (1 - gamma^2 h L)^-1 d
 
 so that g = gamma^2 h; 1/2 comes of (1 - gamma)^2.
+
+Under loads without jumps the displacements of modes that a step hardly resolves are off by a part e of their
+own, and the equations make k e / m of it, far more than the modes' true acceleration.  Differences of the
+rates of three states know nothing of k.  With them for a0, and h for g,
+
+    a = a0 + (M + h C + h^2 K)^-1 (f(x, v) - M a0)
+
+is the equations' for modes that a step resolves, and the differences' for others.
 """
 
 from __future__ import annotations
@@ -68,6 +76,7 @@ def end_accelerations(
     v: np.ndarray,
     torques: Jumps,
     loads: Jumps,
+    rates: Rates,
     g: float | None,
     fresh: bool,
     a: np.ndarray,
@@ -76,7 +85,8 @@ def end_accelerations(
     """Accelerations (n,) at a step's end from those that a method has in a, with buffers of their own.
 
     a gets those that go with the links' strains, under the loads of the step; `felt` those under the mean of
-    loads before and after the coming jump.  With g None the method's own are both.
+    loads before and after the coming jump, or by the differences of rates.  With g None the method's own are
+    both.
 
     fresh : a is of a first stage, none of a step
     """
@@ -86,10 +96,47 @@ def end_accelerations(
     if g is not None and (fresh or g == 0.0):
         end_acceleration(model.chain, work, x, v, torques.end, g, a)
     felt[:] = a
-    if g is not None and (np.any(torques.coming()) or np.any(loads.coming())):
+    if g is None:
+        return
+    if np.any(torques.coming()) or np.any(loads.coming()):
         now[:] = loads.mean()
         end_acceleration(model.chain, work, x, v, torques.mean(), g, felt)
         now[:] = loads.end
+    elif g > 0.0 and rates.known() and not (np.any(torques.seen) or np.any(loads.seen)):
+        rates.accelerations(felt)
+        end_acceleration(model.chain, work, x, v, torques.end, rates.step_size, felt)
+
+
+ROUNDING = 1e-9
+"""Part of a load below which a jump is none: the times at which it was asked for are rounded."""
+
+
+class Rates:
+    """Rates (n,) of the last states, a step (s) apart, the latest first; joints of given motion are left out."""
+
+    def __init__(self, size: int, step_size: float) -> None:
+        self.step_size, self.free = step_size, np.ones(size, dtype=bool)
+        self.seen, self.count = np.zeros((3, size)), 0
+
+    def begin(self, v: np.ndarray) -> None:
+        """Forget what was."""
+        self.seen[0], self.count = v, 1
+
+    def step(self, v: np.ndarray) -> None:
+        """Take note of a step's end."""
+        self.seen[1:] = self.seen[:-1]
+        self.seen[0] = v
+        self.count += 1
+
+    def known(self) -> bool:
+        """Whether there are three."""
+        return self.count >= len(self.seen)
+
+    def accelerations(self, a: np.ndarray) -> None:
+        """Write the second-order difference at the last state into a (n,), but where motion is given."""
+        now, before, earlier = self.seen
+        found = (1.5 * now - 2.0 * before + 0.5 * earlier) / self.step_size
+        a[self.free] = found[self.free]
 
 
 class Jumps:
@@ -113,7 +160,8 @@ class Jumps:
     def step(self, start: np.ndarray, end: np.ndarray) -> None:
         """Take note of a step's load at its start and at its end."""
         self.seen[1:] = self.seen[:-1]
-        np.subtract(start, self.end, out=self.seen[0])
+        jump = start - self.end
+        self.seen[0] = np.where(np.abs(jump) > ROUNDING * np.abs(start), jump, 0.0)
         self.end[:] = end
 
     def coming(self) -> np.ndarray:

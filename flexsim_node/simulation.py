@@ -12,7 +12,7 @@ from .assembly import Assembly
 from .by_reference import by_reference
 from .chain import Robot, Workspace, workspace
 from .dofs import is_planar
-from .end_acceleration import Jumps, end_accelerations
+from .end_acceleration import Jumps, Rates, end_accelerations
 from .energy import energy
 from .faults import SLACK, Faults, payload_scenes
 from .integrators import METHODS
@@ -69,6 +69,7 @@ class Simulation:
         self._plants = self._build(scene)
         self.scene = scene = scene.model_copy(update=opened(self._plants[0][1].scene))
         n = self._plants[0][1].unknowns
+        self._rates = Rates(n, self.step_size)
         self.x, self.v, self._acceleration = np.zeros(n), np.zeros(n), np.zeros((2, n))
         self._tie()
         self.assembly: Assembly | None = None
@@ -133,6 +134,8 @@ class Simulation:
             self._robots[k]
         )
         self.sensors.buffer[:] = read  # quaternions go on from it
+        self._rates.free[:] = True
+        self._rates.free[self.model.turned[self.work.held[self.model.joint_links]]] = False
         self._check: Generator[None] | None = None
 
     def set_faults(self, scene: Scene) -> None:
@@ -234,6 +237,7 @@ class Simulation:
             self.status = self.advance(self.arrays, self.step_size, self.option, True)
         self._torques.begin(self.torque[0])
         self._loads.begin(self.load[0].ravel())
+        self._rates.begin(self.v)
         self._fresh = True
 
     def warm(self) -> None:
@@ -310,7 +314,7 @@ class Simulation:
         self.status = self.advance(self.arrays, h, self.option, False)
         if self.status == OK:
             self.time += h
-            self.note_step()
+            self.note_step(length is None and not jumped)
             if self.singularity is not None:
                 self.singularity.look(self.work)
             if faults is not None:
@@ -319,11 +323,18 @@ class Simulation:
             self.status = LOOP_OPEN
         return self.status
 
-    def note_step(self) -> None:
-        """Tell the sensors of a step that was taken under the torque and loads at hand."""
+    def note_step(self, whole: bool = True) -> None:
+        """Tell the sensors of a step that was taken under the torque and loads at hand.
+
+        whole : it has the scene's length, and goes on with what the last one ended with
+        """
         if self.sensors.names:
             self._torques.step(self.torque[0], self.torque[2])
             self._loads.step(self.load[0].ravel(), self.load[2].ravel())
+            if whole:
+                self._rates.step(self.v)
+            else:
+                self._rates.begin(self.v)
             self._fresh = False
         if self._courses:  # given for one step, now held
             self.load[:2] = self.load[2]
@@ -370,7 +381,7 @@ class Simulation:
             if smoothing == 0.0:
                 a[self.model.turned] = self.motion[0 if self._fresh else 2, 2]
             end_accelerations(
-                self.model, self._reading, self.x, self.v, self._torques, self._loads,
+                self.model, self._reading, self.x, self.v, self._torques, self._loads, self._rates,
                 None if smoothing is None else smoothing * self.step_size, self._fresh, a, felt,
             )  # fmt: skip
             self.sensors.look(self.look(), self._reading, self.x, self.v, a, felt)
