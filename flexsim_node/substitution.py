@@ -27,7 +27,7 @@ from .reduced import link as reduced_link
 from .reduced.layout import MODES
 
 GRADIENTS = 200  # conjugate gradients at most
-RESIDUAL = 1e-10  # of the energy of what is found, that is left
+RESIDUAL = 1e-14  # of the energy of what is found, that is left
 
 
 @kernel
