@@ -101,9 +101,8 @@ class Workspace(NamedTuple):
     # (4,): of the stiffness, of the joints' damping and of their springs, -1 before any; of the elastic
     # motion's mass, with Rayleigh's alpha (damping.py)
     scale: np.ndarray
-    pivot: (
-        np.ndarray
-    )  # (N * B + 1, 3B + 1): rows of the factorisation, one more for the last vector's surplus
+    # (N * B + 1, 3B + 1): rows of the factorisation, and one that a vector reads into
+    pivot: np.ndarray
     joint_pivot: np.ndarray  # (L, 2, 2B + 2)
     spring: np.ndarray  # (L, 2): joint spring in the matrix, 1 / pivot of its motor
     interface: np.ndarray  # (L, 2B, 2B)

@@ -18,13 +18,14 @@ r = R / (1 - R) the answer to jumps d that repeat:
 
 so that g = gamma^2 h; 1/2 comes of (1 - gamma)^2.
 
-Under loads without jumps the displacements of modes that a step hardly resolves are off by a part e of their
-own, and the equations make k e / m of it, far more than the modes' true acceleration.  Differences of the
-rates of three states know nothing of k.  With them for a0, and h for g,
+Loads without jumps leave another error.  A mode that the step hardly resolves has a small error e in its
+displacement.  In the equations of motion that is an error k e / m of its acceleration, which can be larger
+than the acceleration itself.  The difference of the rates of three states has no such error.  With it for a0
+and the step h for g,
 
     a = a0 + (M + h C + h^2 K)^-1 (f(x, v) - M a0)
 
-is the equations' for modes that a step resolves, and the differences' for others.
+takes the acceleration of the equations for modes that the step resolves, and the difference for the others.
 """
 
 from __future__ import annotations
@@ -40,6 +41,9 @@ from .friction import stick
 from .kernel import kernel
 from .model import Model
 from .substitution import solve
+
+ROUNDING = 1e-9
+"""A jump is none below this part of its load: the times at which loads are asked for are rounded."""
 
 
 @kernel
@@ -107,12 +111,11 @@ def end_accelerations(
         end_acceleration(model.chain, work, x, v, torques.end, rates.step_size, felt)
 
 
-ROUNDING = 1e-9
-"""Part of a load below which a jump is none: the times at which it was asked for are rounded."""
-
-
 class Rates:
-    """Rates (n,) of the last states, a step (s) apart, the latest first; joints of given motion are left out."""
+    """Rates (n,) of the last three states, one step (s) apart, the latest first.
+
+    free : (n,) whether an unknown's motion follows from the equations; the others' is given
+    """
 
     def __init__(self, size: int, step_size: float) -> None:
         self.step_size, self.free = step_size, np.ones(size, dtype=bool)
@@ -133,7 +136,7 @@ class Rates:
         return self.count >= len(self.seen)
 
     def accelerations(self, a: np.ndarray) -> None:
-        """Write the second-order difference at the last state into a (n,), but where motion is given."""
+        """Write the difference of second order at the last state into a (n,), for the free unknowns."""
         now, before, earlier = self.seen
         found = (1.5 * now - 2.0 * before + 0.5 * earlier) / self.step_size
         a[self.free] = found[self.free]

@@ -154,16 +154,25 @@ def stiffness_of(size, data, e, family, k):
 
 
 @kernel
+def product_counts(size):
+    """Numbers of the bending's products with slopes in z, of these with the torsion's, of those in y."""
+    twists, y, z = counts(size)
+    bending = twists * fours(y - 1)
+    return bending, bending + (twists - 1) * fours(y), twists * fours(z - 1)
+
+
+@kernel
 def bending_strains(size, plane):
     """Of the bending strains in y (plane 0) or in z (1): number, place of the linear ones, of the products.
 
     The last is counted from the first products; behind those of plane 0 are those of the torsion.
     """
-    twists, y, z = counts(size)
+    _, y, z = counts(size)
     _, at_y, at_z, _, _, _, _ = stretches(size)
     if plane == 0:
         return y - 1, at_y + 1, 0
-    return z - 1, at_z + 1, twists * fours(y - 1) + (twists - 1) * fours(y)
+    _, with_z, _ = product_counts(size)
+    return z - 1, at_z + 1, with_z
 
 
 @kernel
@@ -179,8 +188,7 @@ def add_turning(size, data, own, e, d, v, first, still, beta, force):
     write_slopes(size, e, d, first, own, at, at_y, at_z)
     write_slopes(size, e, v, first, own, at + twists, at_y + y, at_z + z)
     # G_kab y_b of the displacements and of the rates, and the weights of G_kab
-    torsion = twists * fours(y - 1)
-    with_z, with_y = torsion + (twists - 1) * fours(y), twists * fours(z - 1)
+    torsion, with_z, with_y = product_counts(size)
     weights = by + 2 * (with_z + with_y)
     stress = weights + with_z + with_y
     mix(2, z, own, at_z, data, size[CROSS_Z], with_z, own, by)
@@ -231,8 +239,7 @@ def turning_energy(size, data, own, e, d, first):
     twists, y, z = counts(size)
     at, at_y, at_z, _, _, _, by = stretches(size)
     write_slopes(size, e, d, first, own, at, at_y, at_z)
-    torsion = twists * fours(y - 1)
-    with_z, with_y = torsion + (twists - 1) * fours(y), twists * fours(z - 1)
+    torsion, with_z, with_y = product_counts(size)
     combine(z, own, at_z, data, size[CROSS_Z], with_z, own, by, with_z)
     combine(y, own, at_y, data, size[CROSS_Y], with_y, own, by + with_z, with_y)
     total = 0.0

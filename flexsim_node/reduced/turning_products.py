@@ -43,8 +43,10 @@ def helices(rows: np.ndarray, shape: np.ndarray, counts: tuple[int, ...], weight
 def turning_products(
     whole: np.ndarray, rows: np.ndarray, shape: np.ndarray, counts: tuple[int, ...], turns: bool
 ) -> tuple[np.ndarray, ...]:
-    """Products with the slopes in z, in the bending strains in y and the torsion, and with those in y, in the
-    bending strains in z; both transposed. Empty where nothing turns.
+    """Products of second order in a link's strains, two tables and their transposes; empty if it can't turn.
+
+    The first table belongs to slopes in z: their products in the bending strains in y and in the torsion. The
+    second belongs to slopes in y: their products in the bending strains in z.
 
     Parameters
     ----------
@@ -54,9 +56,9 @@ def turning_products(
 
     Returns
     -------
-    (3 + z, .) and (3 + y, .) for y, z, t modes of the kinds: of slopes in z by 2 + t twists and 2 + y
-    strains, behind them by 1 + t strains and 3 + y slopes in y; of slopes in y by 2 + t twists and 2 + z
-    strains. The last one of each has zeros up to a multiple of four.  Likewise transposed.
+    (3 + z, .), (3 + y, .) and both transposed, for y, z, t modes of the kinds. Columns of the first: twist by
+    bending strain (2 + t, 2 + y), then torsion strain by slope in y (1 + t, 3 + y); of the second: twist by
+    bending strain (2 + t, 2 + z). The last index of each has zeros up to a multiple of four.
     """
     if not turns:
         return (np.zeros(0),) * 4

@@ -30,6 +30,13 @@ CASES = {
     "reduced": REDUCED,
     "reduced, chords": {**REDUCED, "erls": {"zeroed": "chord"}},
     "reduced, plane": FLAT,
+    # no joint has an elastic rotation: the factors have alpha
+    **{
+        f"{name}, roots": {**SCENES[name], "erls": {"zeroed": "root"}}
+        for name in ("planar payload", "oblique")
+    },
+    "reduced, roots": {**REDUCED, "erls": {"zeroed": "root"}},
+    "reduced, plane, roots": {**FLAT, "erls": {"zeroed": "root"}},
     "springs, chords": {**SCENES["springs"], "erls": {"zeroed": "chord"}},
     "co-moving": {**SCENES["oblique"], "formulation": "co_moving"},
     "co-moving, plane": {**SCENES["planar payload"], "formulation": "co_moving"},
