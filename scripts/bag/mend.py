@@ -8,17 +8,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Metadata
 
 from . import mcap_index, qos
 from .errors import BagError
+from .index import Damage, FileIndex
 from .mcap_file import MAGIC, McapFile
-from .mcap_index import ChunkReader, Damage, FileIndex
+from .mcap_index import ChunkReader
 from .messages import Messages, merged
 from .metadata import BagInformation, FileInformation, TopicInformation, write_metadata
-from .reader import mcap_files, record
+from .opening import find
+from .reader import record
 from .writer import RESERVE_NAME
 
 UNFINISHED, DAMAGED = ".part", ".damaged"
@@ -64,7 +65,7 @@ def mend(
     BagError
         There is no bag, or nothing in it can be read, or `output` exists.
     """
-    files = mcap_files(path)
+    files = find(path).files
     found = [mcap_index.read(file) for file in files]
     damages = [damage for index in found for damage in index.damages]
     if damages and not any(index.channels for index in found) and not any(map(begins, files)):
@@ -154,12 +155,12 @@ def copy(
     file: Path, index: FileIndex, written: McapFile, result: Mended, progress: Callable[[int, int], None]
 ) -> None:
     """Copy all that can be read."""
-    for name, where in index.metadata.items():
+    for name, where in index.metadata:
         try:
             written.add_metadata(name, dict(record(file, where, Metadata).metadata))
         except BagError as problem:
             result.lost.append(Damage(file, where[0], f"the metadata {name}: {problem}"))
-    for name, where in index.attachments.items():
+    for name, where in index.attachments:
         try:
             found = record(file, where, Attachment)
             written.add_attachment(name, found.media_type, found.data, found.log_time)
@@ -190,15 +191,10 @@ def in_order(read: dict[int, Messages]) -> list[tuple[int, bytes, int, int, int]
     """Return a chunk's messages, of all channels, as they lie in it."""
     if not read:
         return []
-    number = np.concatenate([np.full(len(some), n) for n, some in read.items()])
-    start = np.concatenate([some.start for some in read.values()])
-    together: Messages | None = None
-    for some in read.values():
-        together = some if together is None else merged(together, some)
-    assert together is not None
+    together = merged(list(read.values()))
     return list(
         zip(
-            number[np.argsort(start, kind="stable")].tolist(),
+            together.channel.tolist(),
             together.data(),
             together.log_time.tolist(),
             together.publish_time.tolist(),
@@ -227,5 +223,5 @@ def information(indices: list[FileIndex]) -> BagInformation:
                 channel.metadata.get("topic_type_hash", ""),
                 before + index.counts.get(number, 0),
             )
-    files = [FileInformation(i.path.name, i.first, i.last, i.count) for i in indices]
+    files = [FileInformation(i.path.name, i.first or 0, i.last or 0, i.count) for i in indices]
     return BagInformation(list(topics.values()), files)

@@ -1,4 +1,4 @@
-"""metadata.yaml: what rosbag2 says of a bag beside its files."""
+"""metadata.yaml: what rosbag2 says of a bag beside its files; read, and written."""
 
 from __future__ import annotations
 
@@ -7,8 +7,72 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ruamel.yaml import YAML
+
+from .errors import BagError
 from .plain_yaml import dump
-from .qos import Qos
+from .qos import UNREADABLE, Qos
+
+NAME = "metadata.yaml"
+KEY = "rosbag2_bagfile_information"
+# YAML is slow to read, and no bag says so much of itself.
+LARGEST = 1 << 22
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """What a metadata.yaml says.
+
+    Attributes
+    ----------
+    files : names of the files, in order
+    compression_mode, compression_format : as written; "" for none
+    custom_data : pairs that a recorder put there
+    types : type of each topic
+    raw : all of it
+    """
+
+    files: list[str]
+    compression_mode: str
+    compression_format: str
+    custom_data: dict[str, str]
+    types: dict[str, str]
+    raw: dict[str, Any]
+
+    @property
+    def per_message(self) -> bool:
+        """Whether each message is compressed by itself."""
+        return self.compression_mode.lower() == "message"
+
+
+def read_metadata(path: Path) -> Metadata:
+    """Read a metadata.yaml; raises BagError with the file and what is wrong."""
+    if path.stat().st_size > LARGEST:
+        raise BagError(f"{path} is larger than any description of a bag")
+    try:
+        read = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8-sig"))
+    except UNREADABLE as problem:
+        said = str(problem).splitlines() or [type(problem).__name__]
+        raise BagError(f"{path} can't be read: {said[0]}") from None
+    told = read.get(KEY) if isinstance(read, dict) else None
+    if not isinstance(told, dict):
+        raise BagError(f"{path} does not describe a bag: it lacks {KEY}")
+    files = told.get("relative_file_paths")
+    if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
+        raise BagError(f"{path} does not list its bag's files under relative_file_paths")
+    custom = told.get("custom_data")
+    topics = told.get("topics_with_message_count")
+    about = (
+        [t.get("topic_metadata") for t in topics if isinstance(t, dict)] if isinstance(topics, list) else []
+    )
+    return Metadata(
+        files,
+        str(told.get("compression_mode") or ""),
+        str(told.get("compression_format") or ""),
+        {str(k): str(v) for k, v in custom.items()} if isinstance(custom, dict) else {},
+        {str(t.get("name")): str(t.get("type")) for t in about if isinstance(t, dict)},
+        told,
+    )
 
 
 @dataclass(frozen=True)

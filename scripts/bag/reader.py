@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import warnings
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
-from dataclasses import dataclass, field
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
-from mcap.records import Attachment, Channel, Metadata, Schema
+from mcap.records import Attachment, Metadata
 from numpy.typing import NDArray
 
-from . import mcap_index, qos
-from .cdr import Decoder
+from . import opening, qos, storage
+from .cdr import Decoder, TopicDecoder
+from .definitions import definition
 from .errors import BagDamaged, BagError
-from .mcap_file import MAGIC
-from .mcap_index import ChunkReader, Damage, FileIndex, Place
+from .index import Damage, FileIndex, Place
+from .layout import LIST
+from .mcap_index import BROKEN
 from .messages import RECORD, Messages, Thinner, merged
 from .table import Table, changing
 
@@ -31,39 +33,68 @@ if TYPE_CHECKING:
 
 # Chunks are read and unpacked ahead by other threads, which do that without Python's lock.
 THREADS = 2
-AHEAD = 6
+AHEAD, MOST_AHEAD = 6, 1 << 26
+# Types without a field, whose definition is no text.
+EMPTY = {"std_msgs/msg/Empty"}
 # What is decoded at once: enough to be quick, little enough for any memory.
 BATCH_MESSAGES = 4096
 BATCH_SIZE = 32 * 1024 * 1024
 SECONDS = 1e-9
 
 
+@dataclass(frozen=True)
+class Kind:
+    """A channel's messages: their type, how they are encoded, and what the channel says of itself."""
+
+    topic: str
+    type: str
+    encoding: str
+    schema_encoding: str
+    schema: bytes
+    metadata: tuple[tuple[str, str], ...]
+    publisher: int  # which of the channels of a file that are alike otherwise
+
+
 @dataclass
 class Topic:
-    """One topic of a bag."""
+    """One topic of a bag.
+
+    Attributes
+    ----------
+    type, schema, encoding : of its first channel that holds something
+    profiles : quality of service that was offered, of all its channels
+    types : all that it has, in the order in which they come
+    """
 
     name: str
     type: str
     schema: str
+    encoding: str
     profiles: list[qos.Qos]
     hash: str
     count: int = 0
+    types: list[str] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
     channels: set[tuple[Path, int]] = field(default_factory=set)
 
 
 class Bag:
-    """A bag that was recorded by this program, rosbag2, or any other that writes ROS 2 MCAP.
+    """A bag that was recorded by this program, rosbag2, or any other that writes MCAP or rosbag2's sqlite3.
 
     Parameters
     ----------
     path : str or Path
-        The bag's folder, or one .mcap file.
+        The bag's folder, its metadata.yaml, or one of its files.
     robot : str
         Of several robots the one that is meant, by the name of its simulator; "": the first.
 
     Attributes
     ----------
     topics : dict of str to Topic
+    kinds : list of Kind
+        Channels of all files, those that are alike as one; messages name theirs by its number here.
+    files : list of Path
+        Those that are read.
     start, end : int, ns since the epoch
         First and last log time.
     damages : list of Damage
@@ -79,14 +110,27 @@ class Bag:
     def __init__(self, path: str | Path, robot: str = "") -> None:
         self.path = Path(path)
         self.robot = robot
-        self.files = mcap_files(self.path)
+        self.opened = opening.find(self.path)
+        self.files = self.opened.files
         self.topics: dict[str, Topic] = {}
+        self.kinds: list[Kind] = []
         self.start, self.end = 0, 0
         self.damages: list[Damage] = []
         self.indices: dict[Path, FileIndex] = {}
-        self._decoders: dict[str, Decoder] = {}
+        self._decoders: dict[str, TopicDecoder] = {}
+        self._given: dict[Path, dict[int, int]] = {}
+        self._numbered: dict[Kind, int] = {}
+        self._of_kind: dict[tuple[str, str, str, bytes], Decoder | BagError] = {}
         for file in self.files:
             self._open(file)
+        told = [index for index in self.indices.values() if index.first is not None]
+        self.start = min((index.first or 0 for index in told), default=0)
+        self.end = max((index.last or 0 for index in told), default=0)
+        for name in self.opened.missing:
+            listed = Path(name)
+            self.damages.append(Damage(listed, 0, "metadata.yaml lists this file, which is not there"))
+        if self.opened.why_no_metadata:
+            self.damages.append(Damage(self.opened.folder / "metadata.yaml", 0, self.opened.why_no_metadata))
 
     @property
     def complete(self) -> bool:
@@ -101,7 +145,7 @@ class Bag:
     @property
     def size(self) -> int:
         """Bytes of the bag's files."""
-        return sum(file.stat().st_size for file in self.files)
+        return sum(file.stat().st_size for file in self.opened.names)
 
     @property
     def duration(self) -> float:
@@ -228,7 +272,7 @@ class Bag:
             numbers = self._numbers(file, [topic])
             places = [p for p in self.indices[file].places if has(p, numbers)]
             with ExitStack() as stack:
-                reader = ChunkReader(file)
+                reader = storage.reader(file, self._compressed)
                 stack.callback(reader.close)
                 for place in reversed(places):
                     read = self._checked(reader(place))
@@ -253,15 +297,16 @@ class Bag:
         """
         import pyarrow
 
-        names = self.fields(topic) if fields is None else fields
+        names = [n for n in self.fields(topic) if LIST not in n] if fields is None else fields
         log, values = self.columns(topic, names)
         cells = {n: list(v) if v.ndim > 1 else v for n, v in values.items()}
         return pyarrow.table({"log_time": pyarrow.array(log, pyarrow.timestamp("ns")), **cells})
 
     def fields(self, topic: str) -> list[str]:
-        """Return the names of the fields of a topic's first message."""
-        first = next(self.messages(topic), None)
-        return [] if first is None else list(self.decoder(topic).layout(first[1]).places)
+        """Return the names of the fields of a topic's first message; `poses[].x` is x of all in a list."""
+        for messages in self.read([topic]):
+            return self.decoder(topic).fields(messages[topic])
+        return []
 
     def read(
         self,
@@ -285,45 +330,76 @@ class Bag:
                 numbers = self._numbers(file, wanted)
                 if not numbers:
                     continue
-                reader = ChunkReader(file)
+                reader = storage.reader(file, self._compressed)
                 stack.callback(reader.close)
                 places = needed(self.indices[file].places, numbers, keep)
                 for read in ahead(pool, reader, places):
-                    found: dict[str, Messages] = {}
+                    by_topic: dict[str, list[Messages]] = {}
                     for number, some in self._checked(read).items():
                         if number in numbers:
-                            name = numbers[number]
-                            some = keep[name](some)
-                            if len(some):
-                                found[name] = merged(found[name], some) if name in found else some
+                            by_topic.setdefault(numbers[number], []).append(
+                                self._given_out(file, number, some)
+                            )
+                    found = {name: keep[name](merged(some)) for name, some in by_topic.items()}
+                    found = {name: some for name, some in found.items() if len(some)}
                     if found:
                         yield found
 
     def attachment(self, name: str) -> bytes | None:
         """Return a file that was put into the bag; None where there is none of that name."""
         for file, index in self.indices.items():
-            if name in index.attachments:
-                return bytes(record(file, index.attachments[name], Attachment).data)
+            for found, place in index.attachments:
+                if found == name:
+                    return bytes(record(file, place, Attachment).data)
         return None
 
     def notes(self) -> dict[str, dict[str, str]]:
-        """Return the pairs of a key and a text that were put into the bag, by name."""
-        return {
-            name: dict(record(file, place, Metadata).metadata)
-            for file, index in self.indices.items()
-            for name, place in index.metadata.items()
-        }
+        """Return the pairs of a key and a text that were put into the bag, by name, as far as readable."""
+        found: dict[str, dict[str, str]] = {}
+        for file, index in self.indices.items():
+            for name, place in index.metadata:
+                with suppress(BagError):
+                    found[name] = dict(record(file, place, Metadata).metadata)
+        return found
 
     def attachments(self) -> list[str]:
         """Return the names of the files that were put into the bag."""
-        return sorted({name for index in self.indices.values() for name in index.attachments})
+        return sorted({name for index in self.indices.values() for name, _ in index.attachments})
 
-    def decoder(self, topic: str) -> Decoder:
-        """Return what decodes a topic."""
+    def decoder(self, topic: str) -> TopicDecoder:
+        """Return what decodes a topic, each message by its own channel.
+
+        Raises
+        ------
+        BagError
+            None of the topic's messages can be decoded: they are JSON, say, or their type is not described.
+        """
         if topic not in self._decoders:
-            found = self.topic(topic)
-            self._decoders[topic] = Decoder(found.type, found.schema)
+            kinds = {number: self._decoder_of(number) for number in self.topic(topic).numbers}
+            self._decoders[topic] = TopicDecoder(topic, kinds)
         return self._decoders[topic]
+
+    def why_not(self, topic: str) -> str:
+        """Say why a topic's messages can't be decoded; "" where all can be."""
+        why = [d for n in self.topic(topic).numbers if isinstance(d := self._decoder_of(n), BagError)]
+        return str(why[0]) if why else ""
+
+    def _decoder_of(self, number: int) -> Decoder | BagError:
+        kind = self.kinds[number]
+        key = kind.type, kind.encoding, kind.schema_encoding, kind.schema
+        if key not in self._of_kind:
+            self._of_kind[key] = decoder_of(kind)
+        return self._of_kind[key]
+
+    @property
+    def _compressed(self) -> str:
+        """How each message is compressed by itself; ""."""
+        told = self.opened.metadata
+        return (told.compression_format.lower() or "zstd") if told is not None and told.per_message else ""
+
+    def _given_out(self, file: Path, number: int, some: Messages) -> Messages:
+        """Return messages with the number of their channel in the bag, not in the file."""
+        return replace(some, channel=np.full(len(some), self._given[file][number], np.int64))
 
     def _joined(self, topic: str, name: str, pieces: list[NDArray[Any]]) -> NDArray[Any]:
         if len({piece.shape[1:] for piece in pieces}) > 1:
@@ -343,32 +419,80 @@ class Bag:
         return read
 
     def _open(self, path: Path) -> None:
-        index = mcap_index.read(path)
-        nothing = index.damages and not (index.channels or index.places)
-        if nothing and len(self.files) == 1 and path.stat().st_size and not is_mcap(path):
-            raise BagError(f"{path} is not an MCAP file")
+        index = storage.index(path)
         self.indices[path] = index
         self.damages += index.damages
+        alike: Counter[Kind] = Counter()
         for channel in index.channels.values():
-            topic = self._open_topic(path, channel, index.schemas.get(channel.schema_id))
-            topic.count += index.counts.get(channel.id, 0)
-        if index.count:
-            self.start = min(self.start or index.first, index.first)
-            self.end = max(self.end, index.last)
-
-    def _open_topic(self, path: Path, channel: Channel, schema: Schema | None) -> Topic:
-        topic = self.topics.setdefault(
-            channel.topic,
-            Topic(
+            schema = index.schemas.get(channel.schema_id)
+            kind = Kind(
                 channel.topic,
-                schema.name if schema else "",
-                schema.data.decode("utf-8", "replace") if schema else "",
-                qos.from_yaml(channel.metadata.get("offered_qos_profiles", "")),
-                channel.metadata.get("topic_type_hash", ""),
-            ),
-        )
-        topic.channels.add((path, channel.id))
-        return topic
+                type_name(schema.name) if schema else "",
+                channel.message_encoding,
+                schema.encoding if schema else "",
+                schema.data if schema else b"",
+                tuple(sorted(channel.metadata.items())),
+                0,
+            )
+            alike[kind] += 1
+            kind = replace(kind, publisher=alike[kind] - 1)
+            if kind not in self._numbered:
+                self._numbered[kind] = len(self.kinds)
+                self.kinds.append(kind)
+            number = self._given.setdefault(path, {})[channel.id] = self._numbered[kind]
+            self._open_topic(path, channel.id, number, index.counts.get(channel.id, 0))
+
+    def _open_topic(self, path: Path, channel: int, number: int, count: int) -> None:
+        kind = self.kinds[number]
+        metadata = dict(kind.metadata)
+        profiles = qos.from_yaml(metadata.get("offered_qos_profiles", ""))
+        topic = self.topics.get(kind.topic)
+        if topic is None or (count and not topic.count):
+            # What its first messages are, not what a channel without any says.
+            before = topic
+            topic = self.topics[kind.topic] = Topic(
+                kind.topic,
+                kind.type,
+                kind.schema.decode("utf-8", "replace"),
+                kind.encoding,
+                profiles,
+                metadata.get("topic_type_hash", ""),
+            )
+            if before is not None:
+                topic.numbers, topic.channels = before.numbers, before.channels
+        topic.profiles += [profile for profile in profiles if profile not in topic.profiles]
+        topic.count += count
+        topic.channels.add((path, channel))
+        if number not in topic.numbers:
+            topic.numbers.append(number)
+        if kind.type not in topic.types:
+            topic.types.append(kind.type)
+
+
+def type_name(name: str) -> str:
+    """Return a type's name as ROS writes it, whatever way it is written."""
+    parts = name.replace("::", "/").split("/")
+    return "/".join([parts[0], "msg", parts[1]] if len(parts) == 2 else parts)
+
+
+def decoder_of(kind: Kind) -> Decoder | BagError:
+    """Return what decodes a channel's messages, or why they can't be decoded."""
+    if kind.encoding != "cdr":
+        what = f"are {kind.encoding}" if kind.encoding else "say not how they are encoded"
+        return BagError(f"the messages of {kind.topic} {what}, and only CDR is decoded")
+    if not kind.type:
+        return BagError(f"the bag does not say of which type the messages of {kind.topic} are")
+    text = kind.schema.decode("utf-8", "replace")
+    encoding = kind.schema_encoding or "ros2msg"
+    if not text.strip() and kind.type not in EMPTY:
+        try:
+            text, encoding = definition(kind.type), "ros2msg"
+        except BagError:
+            return BagError(f"the bag does not describe {kind.type}, the type of {kind.topic}")
+    try:
+        return Decoder(kind.type, text, encoding)
+    except BagError as problem:
+        return problem
 
 
 def needed(places: list[Place], numbers: dict[int, str], keep: dict[str, Thinner]) -> Iterator[Place]:
@@ -385,15 +509,21 @@ def has(place: Place, numbers: Mapping[int, str]) -> bool:
 
 
 def ahead(
-    pool: ThreadPoolExecutor, reader: ChunkReader, places: Iterator[Place]
+    pool: ThreadPoolExecutor, reader: storage.Reader, places: Iterator[Place]
 ) -> Iterator[dict[int, Messages] | Damage]:
     """Give what lies at these places, in order, some being read while others are worked on."""
     waiting: deque[Future[dict[int, Messages] | Damage]] = deque()
+    sizes: deque[int] = deque()
+    held = 0
     try:
         for place in places:
-            waiting.append(pool.submit(reader, place))
-            if len(waiting) > AHEAD:
+            # A chunk that is said to be huge waits for those before.
+            while waiting and (len(waiting) > AHEAD or held + place.size > MOST_AHEAD):
+                held -= sizes.popleft()
                 yield waiting.popleft().result()
+            waiting.append(pool.submit(reader, place))
+            sizes.append(place.size)
+            held += place.size
         while waiting:
             yield waiting.popleft().result()
     finally:
@@ -409,27 +539,5 @@ def record(file: Path, place: tuple[int, int], kind: Any) -> Any:
         body = stream.read(length - RECORD.size)
     try:
         return kind.read(ReadDataStream(BytesIO(body)))
-    except mcap_index.BROKEN as problem:
+    except BROKEN as problem:
         raise BagError(f"{file}, byte {offset}: a record can't be read: {problem}") from None
-
-
-def is_mcap(path: Path) -> bool:
-    """Say whether a file begins as MCAP files do."""
-    with path.open("rb") as file:
-        return file.read(len(MAGIC)) == MAGIC
-
-
-def mcap_files(path: Path) -> list[Path]:
-    """Return a bag's MCAP files; raises BagError where `path` is not a bag."""
-    if not path.exists():
-        raise BagError(f"{path} does not exist")
-    files = sorted(path.glob("*.mcap"), key=file_number) if path.is_dir() else [path]
-    if not files:
-        raise BagError(f"{path} is not a bag: it holds no .mcap file")
-    return files
-
-
-def file_number(path: Path) -> tuple[int, str]:
-    """Return a split file's number, so that run_10 comes behind run_9."""
-    last = path.stem.rpartition("_")[2]
-    return (int(last) if last.isdigit() else 0, path.name)

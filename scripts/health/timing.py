@@ -104,7 +104,7 @@ class Times:
     def __init__(self, bag: Bag, topic: str) -> None:
         self.bag = bag
         self.topic = topic
-        self._decoder = bag.decoder(topic)
+        self._decoder = None if bag.why_not(topic) else bag.decoder(topic)
         self._fields: tuple[str, str] | None = None
         self._looked = False
         self._log: list[NDArray[np.int64]] = []
@@ -120,11 +120,11 @@ class Times:
         if not self._looked and len(messages):
             self._looked = True
             try:
-                places = set(self._decoder.layout(messages[:1].data()[0]).places)
+                places = set(self._decoder.fields(messages)) if self._decoder is not None else set()
             except BagError:
                 places = set()
             self._fields = next((f for f in (HEADER, CLOCK) if set(f) <= places), None)
-        if self._fields is not None:
+        if self._fields is not None and self._decoder is not None:
             try:
                 columns = self._decoder.columns(messages, [*self._fields])
             except BagError:  # not what its definition says: then its stamps are not known
@@ -247,7 +247,7 @@ def timings(
     progress : callable
         Called with the number of messages read so far.
     """
-    times = {name: Times(bag, name) for name, topic in bag.topics.items() if topic.schema}
+    times = {name: Times(bag, name) for name in bag.topics}
     read = 0
     for messages in bag.read([*times]):
         for name, some in messages.items():

@@ -1,0 +1,145 @@
+"""Messages of two bags that belong together, a few at a time, each bag being read once."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bag import Bag
+from ..bag.messages import Gathered, Messages
+from .pairing import Pairs
+
+# What is given at once, at least: enough for NumPy to be quick, and what one chunk often holds.
+AT_ONCE, BYTES_AT_ONCE = 64, 1 << 18
+# Of one topic, bytes that wait for the other bag; a topic of which more would wait is read by itself.
+MOST_WAITING = 1 << 28
+
+
+@dataclass
+class Piece:
+    """Messages of both bags that belong together: of a topic, one of its groups, from a pair on."""
+
+    topic: str
+    group: int
+    row: int
+    first: Messages
+    second: Messages
+
+
+class Stream:
+    """The messages of one group of a topic that have a counterpart in the other bag, as they are read.
+
+    Parameters
+    ----------
+    rows : (n,) rows of the topic, rising
+    """
+
+    def __init__(self, rows: NDArray[np.int64]) -> None:
+        self.rows = rows
+        self.given = 0  # pairs that were taken away
+        self.waiting = 0  # bytes
+        self._gathered = Gathered(AT_ONCE, BYTES_AT_ONCE)
+        self._parts: deque[Messages] = deque()
+
+    def add(self, messages: Messages, row: int) -> None:
+        """Take up messages of the topic, the first of which is its row `row`."""
+        a, b = np.searchsorted(self.rows, [row, row + len(messages)])
+        if a < b:
+            self._put(self._gathered.add(messages[self.rows[a:b] - row]))
+
+    def end(self) -> None:
+        """Say that there are no more."""
+        self._put(self._gathered.all())
+
+    @property
+    def ready(self) -> int:
+        """Messages that can be had at once."""
+        return len(self._parts[0]) if self._parts else 0
+
+    def take(self, count: int) -> Messages:
+        """Give away what waits first."""
+        part = self._parts.popleft()
+        self.waiting -= len(part.buffer)
+        self.given += count
+        if count < len(part):
+            self._parts.appendleft(part[count:])
+            self.waiting += len(part.buffer)
+        return part[:count]
+
+    def _put(self, ready: Messages | None) -> None:
+        if ready is not None:
+            self._parts.append(ready)
+            self.waiting += len(ready.buffer)
+
+
+@dataclass
+class Side:
+    """One of two bags that are read side by side."""
+
+    bag: Bag
+    streams: dict[str, list[Stream]]
+    ended: bool = False
+    _rows: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._chunks = self.bag.read([*self.streams])
+
+    def waiting(self, topic: str | None = None) -> int:
+        """Bytes that wait for the other bag, of all topics or of one."""
+        those = self.streams.values() if topic is None else [self.streams[topic]]
+        return sum(stream.waiting for streams in those for stream in streams)
+
+    def more(self) -> list[str]:
+        """Read on a little; returns the topics of which something is new."""
+        chunk = next(self._chunks, None)
+        if chunk is None:
+            self.ended = True
+            for streams in self.streams.values():
+                for stream in streams:
+                    stream.end()
+            return [*self.streams]
+        some = [topic for topic in chunk if topic in self.streams]
+        for topic in some:
+            row = self._rows.get(topic, 0)
+            for stream in self.streams[topic]:
+                stream.add(chunk[topic], row)
+            self._rows[topic] = row + len(chunk[topic])
+        return some
+
+
+def paired(first: Bag, second: Bag, pairs: dict[str, list[Pairs]]) -> Iterator[Piece | str]:
+    """Give the messages that belong together, topic by topic, each group of a topic in order.
+
+    Yields
+    ------
+    Piece, or the name of a topic: what came of it is to be forgotten, it begins anew.
+    """
+    sides = [
+        Side(first, {topic: [Stream(p.first) for p in some] for topic, some in pairs.items()}),
+        Side(second, {topic: [Stream(p.second) for p in some] for topic, some in pairs.items()}),
+    ]
+    later: list[str] = []
+    while not all(side.ended for side in sides):
+        # Where less waits is what lies behind.
+        side = min((s for s in sides if not s.ended), key=lambda s: s.waiting())
+        for topic in side.more():
+            yield from pieces(topic, sides[0].streams[topic], sides[1].streams[topic])
+            if len(sides[0].streams) > 1 and max(s.waiting(topic) for s in sides) > MOST_WAITING:
+                later.append(topic)
+                yield topic
+                for s in sides:
+                    del s.streams[topic]
+    for topic in later:
+        yield from paired(first, second, {topic: pairs[topic]})
+
+
+def pieces(topic: str, first: list[Stream], second: list[Stream]) -> Iterator[Piece]:
+    """Give what two streams of each group have ready."""
+    for group, (a, b) in enumerate(zip(first, second, strict=True)):
+        while count := min(a.ready, b.ready):
+            row = a.given
+            yield Piece(topic, group, row, a.take(count), b.take(count))
