@@ -100,6 +100,10 @@ class Decoder:
         self._sorted = messages, found
         return found
 
+    def only(self, messages: Messages, kind: str) -> Messages:
+        """Return the messages that are of a type; a topic may have several."""
+        return messages if self.type == kind else messages[:0]
+
     def fields(self, messages: Messages) -> list[str]:
         """Return the names of the fields of the first of some messages."""
         return [name for _, layout, _ in self.groups(messages[:1]) for name in layout.fields]
@@ -170,6 +174,12 @@ class TopicDecoder(Decoder):
     def layout(self, message: bytes) -> Layout:
         """Walk one message, taken for one of the topic's first type."""
         return self._first.layout(message)
+
+    def only(self, messages: Messages, kind: str) -> Messages:
+        """Return the messages that are of a type."""
+        mine = [n for n, one in self.kinds.items() if isinstance(one, Decoder) and one.type == kind]
+        keep = np.isin(messages.channel, mine)
+        return messages if keep.all() else messages[keep]
 
     def decoder(self, channel: int) -> Decoder:
         """Return a channel's decoder; raises BagError where its messages can't be decoded."""

@@ -84,6 +84,7 @@ class TopicInformation:
     profiles: list[Qos]
     hash: str
     count: int
+    encoding: str = "cdr"
 
 
 @dataclass(frozen=True)
@@ -104,11 +105,24 @@ class BagInformation:
     files: list[FileInformation]
 
 
-def write_metadata(folder: Path, bag: BagInformation) -> None:
-    """Write metadata.yaml whole or not at all."""
+# What a description says beside what is in the files, and keeps when it is written anew.
+KEPT = ("compression_format", "compression_mode", "custom_data", "ros_distro")
+
+
+def write_metadata(
+    folder: Path, bag: BagInformation, before: Metadata | None = None, storage: str = "mcap"
+) -> None:
+    """Write metadata.yaml whole or not at all.
+
+    before : what it said, of which is kept what the files don't say
+    """
+    told = as_mapping(bag) | {"storage_identifier": storage}
+    if before is not None:
+        told |= {key: before.raw[key] for key in KEPT if key in before.raw}
+        told["custom_data"] = before.custom_data or None
     unfinished = folder / "metadata.yaml.part"
     try:
-        unfinished.write_text(dump({"rosbag2_bagfile_information": as_mapping(bag)}), encoding="utf-8")
+        unfinished.write_text(dump({KEY: told}), encoding="utf-8")
     except OSError:
         unfinished.unlink(missing_ok=True)
         raise
@@ -129,7 +143,7 @@ def as_mapping(bag: BagInformation) -> dict[str, Any]:
                 "topic_metadata": {
                     "name": topic.name,
                     "type": topic.type,
-                    "serialization_format": "cdr",
+                    "serialization_format": topic.encoding,
                     "offered_qos_profiles": topic.profiles,
                     "type_description_hash": topic.hash,
                 },

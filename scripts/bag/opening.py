@@ -16,6 +16,7 @@ from .metadata import NAME, Metadata, read_metadata
 MCAP, SQLITE, ZSTD = b"\x89MCAP0\r\n", b"SQLite format 3\0", b"\x28\xb5\x2f\xfd"
 ENDINGS = (".mcap", ".db3")
 PACKED = ".zstd"
+DESCRIPTIONS = (".yaml", ".yml")
 # What a file is that is no bag of ROS 2, by how it begins, and what to do with it.
 FOREIGN = {
     b"#ROSBAG V": "a bag of ROS 1. Convert it: rosbags-convert --src {file} --dst {stem}, of pip's rosbags",
@@ -92,7 +93,7 @@ def find(path: Path) -> Opened:
     """
     if not path.exists():
         raise BagError(f"{path} does not exist")
-    if path.is_file() and path.suffix in (".yaml", ".yml"):
+    if path.is_file() and path.suffix in DESCRIPTIONS:
         read_metadata(path)  # says what is wrong, if this is no description of a bag
         path = path.parent
     if path.is_dir():
@@ -224,8 +225,8 @@ def unpacked(file: Path, target: Path) -> Path:
                 size += len(piece)
                 if size > most:
                     raise BagError(
-                        f"{file} holds more than {most / 1e6:.0f} MB once unpacked, which no recorder writes or"
-                        f" for which {target.parent} has no room. Unpack it: zstd -d"
+                        f"{file} holds more than {most / 1e6:.0f} MB, as no recorder writes, or for"
+                        f" which {target.parent} has no room. Unpack it: zstd -d"
                     )
                 into.write(piece)
         except zstandard.ZstdError:

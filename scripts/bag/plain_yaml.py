@@ -14,7 +14,7 @@ def dump(value: Any, indent: int = 0) -> str:
     """Return a value as lines of YAML's block style, each with its line break."""
     margin = " " * indent
     if isinstance(value, dict) and value:
-        return "".join(f"{margin}{key}:{behind(item, indent)}" for key, item in value.items())
+        return "".join(f"{margin}{scalar(str(key))}:{behind(item, indent)}" for key, item in value.items())
     if isinstance(value, list) and value:
         # The first line of an item stands behind its dash.
         return "".join(f"{margin}- {dump(item, indent + 2).lstrip(' ')}" for item in value)

@@ -22,6 +22,8 @@ from .cdr import Decoder, TopicDecoder
 from .definitions import definition
 from .errors import BagDamaged, BagError
 from .index import Damage, FileIndex, Place
+from .joints import TYPE as JOINTS
+from .joints import JointDecoder, Names, sets_of
 from .layout import LIST
 from .mcap_index import BROKEN
 from .messages import RECORD, Messages, Thinner, merged
@@ -38,6 +40,8 @@ AHEAD, MOST_AHEAD = 6, 1 << 26
 EMPTY = {"std_msgs/msg/Empty"}
 # What is decoded at once: enough to be quick, little enough for any memory.
 BATCH_MESSAGES = 4096
+# In so many messages every set of joints has told of itself.
+LOOKED_AT = 200
 BATCH_SIZE = 32 * 1024 * 1024
 SECONDS = 1e-9
 
@@ -111,6 +115,8 @@ class Bag:
         self.path = Path(path)
         self.robot = robot
         self.opened = opening.find(self.path)
+        if self.path.suffix in opening.DESCRIPTIONS and self.path.is_file():
+            self.path = self.opened.folder
         self.files = self.opened.files
         self.topics: dict[str, Topic] = {}
         self.kinds: list[Kind] = []
@@ -155,6 +161,12 @@ class Bag:
     def seconds(self, log_time: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return log times as seconds since the bag's start."""
         return np.asarray((log_time - self.start) * SECONDS, dtype=np.float64)
+
+    def needs_messages(self) -> None:
+        """Raise BagError where there are none, with the reason as far as it is known."""
+        if not self.count:
+            why = f": {self.damages[0]}" if self.damages else "" if self.topics else ", nor topics"
+            raise BagError(f"{self.path} holds no messages{why}")
 
     def topic(self, name: str) -> Topic:
         """Return a topic; raises BagError with the topics there are."""
@@ -216,7 +228,26 @@ class Bag:
 
     def table(self, topic: str, fields: list[str], period: float = 0.0) -> Table:
         """Return an empty table of some fields of a topic, for whoever reads several topics at once."""
-        return Table(topic, self.decoder(topic), fields, self.expected(topic, period), period)
+        decoder = self.joints(topic) if JOINTS in self.topic(topic).types else self.decoder(topic)
+        return Table(topic, decoder, fields, self.expected(topic, period), period)
+
+    def joints(self, topic: str) -> JointDecoder | TopicDecoder:
+        """Return what decodes a topic's joint states by name: of several sets of joints the largest."""
+        decoder = self.decoder(topic)
+        sets: dict[Names, Names] = {}
+        seen = 0
+        with suppress(BagError):
+            for messages in self.read([topic]):
+                for names in sets_of(decoder, messages[topic]):
+                    sets.setdefault(tuple(sorted(names)), names)
+                seen += len(messages[topic])
+                if seen >= LOOKED_AT:
+                    break
+        if not sets:
+            return decoder
+        chosen = max(sets.values(), key=len)
+        others = [names for names in sets.values() if names is not chosen]
+        return JointDecoder(decoder, chosen, others, f"{self.path}: {topic}")
 
     def expected(self, topic: str, period: float) -> int:
         """Return about how many messages of a topic `columns` gives, by the index."""
