@@ -66,7 +66,7 @@ def command(
     Example:
       flexsim compare run again
       flexsim compare run again --plot difference.png --save both.rrd
-      flexsim compare monday tuesday --align elapsed --topic /joint_states --tolerance 0.01
+      flexsim compare run again --align elapsed --topic /joint_states
     """
     from .bag import Bag, BagError
     from .comparison.saved_run import compared, is_saved, read

@@ -88,7 +88,8 @@ def command(
     if lockstep:
         once_more(found, scene, dict(map(setting, settings)), output, as_json)
         return
-    from .ros.player import Timing, chosen
+    from .bag.topics import chosen
+    from .ros.player import Timing
 
     names = chosen(found, topics, without)
     timing = Timing(rate, start_offset, loop)

@@ -6,7 +6,6 @@ import heapq
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -226,22 +225,6 @@ def full_name(endpoint: Any) -> str:
 def is_command(topic: Topic) -> bool:
     """Say whether a topic moves a simulator that listens to it."""
     return topic.name.rpartition("/")[2] in COMMANDS
-
-
-def chosen(bag: Bag, patterns: tuple[str, ...], without: tuple[str, ...]) -> list[str]:
-    """Return the topics that match patterns, all where there are none; BagError for one that matches none."""
-    there = [t.name for t in bag.topics.values() if t.count]
-    wanted = [p if p.startswith(("/", "*")) else f"/{p}" for p in patterns]
-    for pattern in wanted:
-        if not any(fnmatchcase(name, pattern) for name in there):
-            bag.topic(pattern)
-    unwanted = [p if p.startswith(("/", "*")) else f"/{p}" for p in without]
-    return [
-        name
-        for name in there
-        if any(fnmatchcase(name, p) for p in wanted or ["*"])
-        and not any(fnmatchcase(name, p) for p in unwanted)
-    ]
 
 
 def is_latched(topic: Topic) -> bool:
