@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import warnings
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
@@ -376,6 +377,45 @@ class Bag:
                     if found:
                         yield found
 
+    def by_time(self, topics: list[str]) -> Iterator[tuple[int, str, int, bytes]]:
+        """Give log time, topic, channel and bytes of each message, in the order of their log times.
+
+        Chunks whose times overlap are held together, no more of them than do.
+        """
+        places: list[tuple[Place, Path]] = []
+        numbers = {file: self._numbers(file, topics) for file in self.files}
+        for file, mine in numbers.items():
+            places += [(p, file) for p in self.indices[file].places if mine and has(p, mine)]
+        places.sort(key=lambda place: place[0].first)
+        held: list[tuple[int, int, str, int, bytes]] = []
+        count = 0
+        with ExitStack() as stack:
+            pool = stack.enter_context(ThreadPoolExecutor(1))
+            readers = {file: storage.reader(file, self._compressed) for file in self.files if numbers[file]}
+            for reader in readers.values():
+                stack.callback(reader.close)
+            # One is read ahead, so that whoever plays need not wait for the disk.
+            coming = [pool.submit(readers[file], place) for place, file in places[:1]]
+            for k, (place, file) in enumerate(places):
+                read = self._checked(coming.pop().result())
+                if k + 1 < len(places):
+                    after, where = places[k + 1]
+                    coming.append(pool.submit(readers[where], after))
+                while held and held[0][0] < place.first:
+                    log_time, _, topic, channel, data = heapq.heappop(held)
+                    yield log_time, topic, channel, data
+                for number, some in read.items():
+                    if number not in numbers[file]:
+                        continue
+                    topic, channel = numbers[file][number], self._given[file][number]
+                    for log_time, data in zip(some.log_time.tolist(), some.data(), strict=True):
+                        # Those of one time stay in the order in which they lie.
+                        heapq.heappush(held, (log_time, count, topic, channel, data))
+                        count += 1
+            while held:
+                log_time, _, topic, channel, data = heapq.heappop(held)
+                yield log_time, topic, channel, data
+
     def attachment(self, name: str) -> bytes | None:
         """Return a file that was put into the bag; None where there is none of that name."""
         for file, index in self.indices.items():
@@ -406,16 +446,17 @@ class Bag:
             None of the topic's messages can be decoded: they are JSON, say, or their type is not described.
         """
         if topic not in self._decoders:
-            kinds = {number: self._decoder_of(number) for number in self.topic(topic).numbers}
+            kinds = {number: self.decoder_of(number) for number in self.topic(topic).numbers}
             self._decoders[topic] = TopicDecoder(topic, kinds)
         return self._decoders[topic]
 
     def why_not(self, topic: str) -> str:
         """Say why a topic's messages can't be decoded; "" where all can be."""
-        why = [d for n in self.topic(topic).numbers if isinstance(d := self._decoder_of(n), BagError)]
+        why = [d for n in self.topic(topic).numbers if isinstance(d := self.decoder_of(n), BagError)]
         return str(why[0]) if why else ""
 
-    def _decoder_of(self, number: int) -> Decoder | BagError:
+    def decoder_of(self, number: int) -> Decoder | BagError:
+        """Return what decodes a channel's messages, or why they can't be decoded."""
         kind = self.kinds[number]
         key = kind.type, kind.encoding, kind.schema_encoding, kind.schema
         if key not in self._of_kind:
