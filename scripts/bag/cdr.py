@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import BagError
-from .layout import Layout, walk
+from .layout import EndlessType, Layout, walk
 from .messages import Messages, of_list
 from .schema import types_of
 
@@ -48,6 +48,7 @@ class Decoder:
         self.types = types_of(type_name, encoding, schema)
         self._layouts: OrderedDict[int, list[Layout]] = OrderedDict()
         self._kept = 0
+        self._endless: EndlessType | None = None
         self._sorted: tuple[Messages, list[Group]] | None = None
 
     def columns(
@@ -110,7 +111,13 @@ class Decoder:
 
     def layout(self, message: bytes) -> Layout:
         """Walk one message and note where each field lies."""
-        return walk(self.type, self.types, message)
+        if self._endless is not None:
+            raise self._endless
+        try:
+            return walk(self.type, self.types, message)
+        except EndlessType as problem:
+            self._endless = problem
+            raise
 
     def _grouped(self, messages: Messages) -> list[Group]:
         found: list[Group] = []

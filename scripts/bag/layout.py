@@ -19,12 +19,18 @@ from .schema import DTYPES, TEXTS, Member, Types
 
 HEADER = 4  # the encapsulation header; alignment counts from behind it
 LIST = "[]"
+# A definition may double itself with each type; no message has so many fields.
+MOST_FIELDS = 5_000
 # The second byte of the header: CDR, big- and little-endian.
 ENDIAN = {0: ">", 1: "<"}
 OTHERS = {2: "PL_CDR", 3: "PL_CDR", 6: "XCDR2", 7: "XCDR2", 8: "XCDR2", 9: "XCDR2", 10: "XCDR2", 11: "XCDR2"}
 # Part of an array: "position[-3:]" needs not read the rest.
 PART = re.compile(r"(?P<name>.+)\[(?P<first>-?\d*):(?P<last>-?\d*)\]$")
 STEP = re.compile(r"(?P<name>\w+)(?:\[(?P<index>\d*)\])?$")
+
+
+class EndlessType(BagError):
+    """A definition that no message needs: whoever met it need not look at further messages."""
 
 
 @dataclass
@@ -317,6 +323,8 @@ class _Walk:
 
     def _names(self, kind: str, prefix: str, layout: Layout) -> None:
         """Make the fields of an empty list known."""
+        if len(layout.fields) > MOST_FIELDS:
+            raise EndlessType(f"{layout.kind} has more than {MOST_FIELDS} fields")
         for m in self.types[kind]:
             name = prefix + m.name
             if m.type in DTYPES or m.type in TEXTS:

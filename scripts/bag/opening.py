@@ -164,7 +164,7 @@ def listed(folder: Path, name: str) -> Path | None:
     for relative in (Path(name), Path(parts[-1])):
         for ending in ("", PACKED, ".zst"):
             file = folder / f"{relative}{ending}"
-            if file.is_file() and file.resolve().is_relative_to(folder.resolve()):
+            if file.is_file():
                 return file
     return None
 

@@ -62,7 +62,7 @@ def types_of(root: str, encoding: str, text: str) -> Types:
         types = from_idl(root, text)
     else:
         raise BagError(f"the definition of {root} is in '{encoding}', which is neither ros2msg nor IDL")
-    check(root, types, ())
+    check(root, types, (), set())
     return types
 
 
@@ -130,8 +130,8 @@ def idl_member(name: str, described: Any) -> Member:
     return Member(name, str(what[0] if node == Nodetype.BASE else what), size)
 
 
-def check(kind: str, types: Types, above: tuple[str, ...]) -> None:
-    """Raise BagError where a type is missing, or contains itself."""
+def check(kind: str, types: Types, above: tuple[str, ...], sound: set[str]) -> None:
+    """Raise BagError where a type is missing, or contains itself; `sound` gathers those that are not."""
     if kind in above:
         raise BagError(f"the definition of {above[0]} is no type: {kind} contains itself")
     if kind not in types:
@@ -140,4 +140,6 @@ def check(kind: str, types: Types, above: tuple[str, ...]) -> None:
     if len(above) > 50:
         raise BagError(f"the definition of {above[0]} is nested more than 50 deep")
     for inner in {m.type for m in types[kind]} - DTYPES.keys() - TEXTS.keys():
-        check(inner, types, (*above, kind))
+        if inner not in sound:
+            check(inner, types, (*above, kind), sound)
+    sound.add(kind)
