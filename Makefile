@@ -106,14 +106,15 @@ $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
 # Every Python of the venv finds the venv's ROS packages, as after sourcing a ROS set-up file. And
 # the wheels' own start-up file, which runs after this one, is asked again where another venv's
 # Python started us, because that one's library path is not ours.
-$(STANDARD_STAMP): $(VENV_STAMP) $(shell find msgs_schema/simulation_interfaces -type f)
-	echo "set-up 2/5: simulation_interfaces (a minute)"
+$(STANDARD_STAMP): $(VENV_STAMP) $(shell find msgs_schema/simulation_interfaces msgs_schema/tf2_msgs -type f)
+	echo "set-up 2/5: simulation_interfaces, tf2_msgs (a minute)"
 	printf '%s\n' \
 	    "import os, sys; p = os.environ.get('AMENT_PREFIX_PATH', ''); os.environ['AMENT_PREFIX_PATH'] = p if sys.prefix in p.split(':') else sys.prefix + ':' * bool(p) + p" \
 	    "import os, sys; sys.prefix + '/lib' in os.environ.get('LD_LIBRARY_PATH', '').split(':') or os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)" \
 	    > "$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ament_prefix_path.pth"
 	# Not optimised, which is half of the compiler's time: its services are asked now and then.
 	$(call build_types,simulation_interfaces,msgs_schema/simulation_interfaces,None)
+	$(call build_types,tf2_msgs,msgs_schema/tf2_msgs,None)
 	touch $@
 
 $(MESSAGES_STAMP): $(STANDARD_STAMP) msgs_schema/CMakeLists.txt msgs_schema/package.xml $(shell find msgs_schema/msg -type f)

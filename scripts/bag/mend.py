@@ -206,7 +206,7 @@ def of_source(file: Path, index: FileIndex) -> dict[str, Any]:
         try:
             header = record(file, (len(MAGIC), RECORD.size + length_at(head, len(MAGIC))), Header)
             told = {"profile": header.profile, "library": header.library}
-        except BagError:
+        except (BagError, *BROKEN):
             pass
     return told | {"compression": compression_of(file, index.places) if index.chunked or index.summed else ""}
 

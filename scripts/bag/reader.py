@@ -213,23 +213,26 @@ class Bag:
         return t, values[field]
 
     def columns(
-        self, topic: str, fields: list[str], *, period: float = 0.0
+        self, topic: str, fields: list[str], *, period: float = 0.0, by_joint: bool = False
     ) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
         """Return several fields of a topic's messages, at most one message each `period`.
+
+        by_joint : of joint states those of one set of joints, in one order of them; see `joints`
 
         Returns
         -------
         log_time : ndarray (K,), ns since the epoch
         values : dict of field to ndarray (K,) or (K, n)
         """
-        table = self.table(topic, fields, period)
+        table = self.table(topic, fields, period, by_joint)
         for messages in self.read([topic], {topic: period}):
             table.add(messages[topic])
         return table.columns()
 
-    def table(self, topic: str, fields: list[str], period: float = 0.0) -> Table:
+    def table(self, topic: str, fields: list[str], period: float = 0.0, by_joint: bool = False) -> Table:
         """Return an empty table of some fields of a topic, for whoever reads several topics at once."""
-        decoder = self.joints(topic) if JOINTS in self.topic(topic).types else self.decoder(topic)
+        named = by_joint and JOINTS in self.topic(topic).types
+        decoder = self.joints(topic) if named else self.decoder(topic)
         return Table(topic, decoder, fields, self.expected(topic, period), period)
 
     def joints(self, topic: str) -> JointDecoder | TopicDecoder:

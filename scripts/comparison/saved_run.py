@@ -117,7 +117,9 @@ def read(path: Path, most: int | None = MOST, robot: str = "", every: bool = Fal
         count = bag.topic(topic).count
         period = bag.duration / most if most and count > most else 0.0
         more = ["name"] if kind == JOINTS else []
-        _, columns = bag.columns(topic, [*quantities.values(), *more, *STAMPS[0]], period=period)
+        _, columns = bag.columns(
+            topic, [*quantities.values(), *more, *STAMPS[0]], period=period, by_joint=True
+        )
         stamp = columns[STAMPS[0][0]].astype(np.int64) * SECOND + columns[STAMPS[0][1]]
         unique, first = (stamp, np.arange(len(stamp))) if every else np.unique(stamp, return_index=True)
         for quantity, field in quantities.items():

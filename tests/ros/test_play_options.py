@@ -123,6 +123,20 @@ def test_what_can_not_be_played_is_said(tmp_path: Path) -> None:
     assert "\x1b" not in done.stderr
 
 
+def test_transforms_play(tmp_path: Path) -> None:
+    """/tf, whose type no wheel has, is published as it was recorded."""
+    from tf2_msgs.msg import TFMessage
+
+    environment = ros_environment()
+    bag = KINDS["mcap, zstd"](tmp_path / "run", run(5))
+    with listener(environment, {"/tf": (TFMessage, QoSProfile(depth=100))}) as (heard, listen, _):
+        player = Background(command("play", bag, "/tf", "--wait", 20), environment, tmp_path)
+        listen(lambda: len(heard["/tf"]) == 5)
+        assert player.process.wait(20) == 0, player.errors.read_text()
+    assert [t.child_frame_id for t in heard["/tf"][4][1].transforms] == ["link_0", "link_1", "link_2"]
+    assert heard["/tf"][4][1].transforms[0].transform.translation.x == pytest.approx(0.4)
+
+
 def test_wrong_words_about_topics(tmp_path: Path) -> None:
     """One sentence each, before anything is published."""
     bag = other_bag(tmp_path)

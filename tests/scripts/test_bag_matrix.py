@@ -40,7 +40,7 @@ def test_each_verb_with_each_kind(kind: str, base: str, tmp_path: Path) -> None:
     bag = Bag(path)
     # Of the arm and the gripper on one topic the larger set of joints is meant.
     with pytest.warns(UserWarning, match="of a, b, c, which are taken, and of finger"):
-        _, position = bag.array("/joint_states", "position")
+        position = bag.columns("/joint_states", ["position"], by_joint=True)[1]["position"]
     wanted = [r.message.position for r in rows if r.topic == "/joint_states" and len(r.message.name) == 3]
     np.testing.assert_array_equal(position, wanted)
     assert [data for _, data in bag.messages("/said")][7][8:14] == b"word 7"
