@@ -149,7 +149,7 @@ def sound(path: Path, found: Opened) -> Opened:
         known = start.startswith((MCAP, SQLITE, ZSTD)) or not start
         if not known and len(found.names) == 1 and file.suffix not in ENDINGS:
             raise BagError(
-                f"{file} is not a bag: it begins neither as MCAP nor as sqlite3. Give a bag's folder, its"
+                f"{file} is not an MCAP file, nor an sqlite3 database: it is no bag. Give a bag's folder, its"
                 f" {NAME}, or an .mcap or .db3 file"
             )
     return found.unpack()
@@ -192,7 +192,7 @@ def nothing_in(folder: Path, found: Opened) -> str:
     if found.metadata is not None:
         return f"{folder} holds a {NAME} that lists no file: nothing was recorded"
     if found.why_no_metadata:
-        return f"{found.why_no_metadata}; and it holds no .mcap or .db3 file"
+        return f"{found.why_no_metadata}; and it holds no .mcap file and no .db3 file"
     for file in sorted(folder.iterdir())[:100]:
         start = begin(file) if file.is_file() else b""
         for mark, what in FOREIGN.items():
@@ -200,9 +200,8 @@ def nothing_in(folder: Path, found: Opened) -> str:
                 return f"{folder} holds no bag; {file.name} in it is " + what.format(
                     file=file, stem=file.stem
                 )
-    return f"{folder} is not a bag: it holds no .mcap or .db3 file" + (
-        "" if any(folder.iterdir()) else ", and nothing else"
-    )
+    nothing = "" if any(folder.iterdir()) else ", nor anything else"
+    return f"{folder} is not a bag: it holds no .mcap file and no .db3 file{nothing}"
 
 
 def begin(file: Path) -> bytes:

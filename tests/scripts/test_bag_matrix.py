@@ -67,7 +67,7 @@ def test_empty_bags_are_said_to_be_empty(tmp_path: Path) -> None:
         (nothing, "holds no messages, nor topics"),
         (zero.parent, "holds no messages: zero_0.mcap, byte 0: the file is empty"),
         (described, "has no file of its bag: its metadata.yaml lists described.mcap"),
-        (bare, "holds no .mcap or .db3 file, and nothing else"),
+        (bare, "holds no .mcap file and no .db3 file, nor anything else"),
     ):
         for verb in (
             ("report",),
@@ -85,7 +85,7 @@ def test_what_is_no_bag_is_named(tmp_path: Path) -> None:
     for name, data, words in (
         ("run.bag", b"#ROSBAG V2.0\n" + bytes(50), "a bag of ROS 1. Convert it: rosbags-convert"),
         ("log.ulg", b"ULog\x01\x12\x35\x01" + bytes(50), "a ULog of PX4, which is no bag. Convert it"),
-        ("notes.txt", b"some words\n" * 9, "is not a bag: it begins neither as MCAP nor as sqlite3"),
+        ("notes.txt", b"some words\n" * 9, "is not an MCAP file, nor an sqlite3 database: it is no bag"),
     ):
         (tmp_path / name).write_bytes(data)
         for verb in ("info", "play", "recover", "report"):
