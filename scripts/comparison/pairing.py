@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
-from ..bag.messages import Messages
+from ..bag.cdr import Decoder
+from ..bag.layout import HEADER
+from ..bag.messages import Messages, window
 
 SECOND = 1_000_000_000
 STAMPS = (("header.stamp.sec", "header.stamp.nanosec"), ("clock.sec", "clock.nanosec"))
@@ -23,6 +25,7 @@ STAMPS = (("header.stamp.sec", "header.stamp.nanosec"), ("clock.sec", "clock.nan
 # as where several publishers with clocks of their own share a topic.
 RESET, SEVERAL = SECOND // 2, 0.05
 # Joint states tell by name whose they are.
+TIME = "builtin_interfaces/msg/Time"
 GROUPED = "sensor_msgs/msg/JointState"
 APART = 10**6 * SECOND
 STAMP, ELAPSED, RECEIPT, ORDER = "stamp", "elapsed", "receipt", "order"
@@ -115,6 +118,9 @@ def times_of(
     """Return the stamps and the groups of some messages; None where there are none."""
     stamp = np.empty(len(messages), np.int64)
     group = np.zeros(len(messages), np.int64)
+    at_once = stamps_that_come_first(bag, topic, messages)
+    if at_once is not None:
+        return at_once, group
     try:
         for index, layout, some in bag.decoder(topic).groups(messages):
             which: Any = slice(None) if index is None else index
@@ -124,11 +130,50 @@ def times_of(
             sec, nanosec = (layout.cut(name, some).astype(np.int64) for name in fields)
             stamp[which] = sec * SECOND + nanosec
             if layout.kind == GROUPED and "name" in layout.fields:
-                of_names = [tuple(sorted(told)) for told in layout.cut("name", some)]
-                group[which] = [names.setdefault(told, len(names)) for told in of_names]
+                group[which] = numbered(layout.cut("name", some), names)
     except BagError:  # not what its definition says, or not CDR
         return None, None
     return stamp, group
+
+
+def stamps_that_come_first(bag: Bag, topic: str, messages: Messages) -> NDArray[np.int64] | None:
+    """Return the stamps of messages that begin with theirs, as nearly all do; None of others."""
+    kinds = [kind for number in bag.topic(topic).numbers if (kind := bag.decoder_of(number))]
+    kind = kinds[0]
+    if len(kinds) != 1 or isinstance(kind, BagError) or kind.type == GROUPED or not begins_with_time(kind):
+        return None
+    if int(messages.size.min()) < HEADER + 8:
+        return None
+    heads = window(messages.buffer, messages.start, HEADER + 8)
+    if not (heads[:, :2] == (0, 1)).all():
+        return None
+    sec = np.ascontiguousarray(heads[:, HEADER : HEADER + 4]).view("<i4")[:, 0].astype(np.int64)
+    nanosec = np.ascontiguousarray(heads[:, HEADER + 4 :]).view("<u4")[:, 0].astype(np.int64)
+    return np.asarray(sec * SECOND + nanosec)
+
+
+def begins_with_time(kind: Decoder) -> bool:
+    """Say whether a type's messages begin with a header, or are a clock."""
+    first = kind.types[kind.type][:1]
+    if [m.type for m in first] == ["std_msgs/msg/Header"] and first[0].name == "header":
+        first = kind.types[first[0].type][:1]
+        name = "stamp"
+    else:
+        name = "clock"
+    fits = [(m.name, m.type, m.size) for m in first] == [(name, TIME, None)]
+    return fits and [(m.name, m.type) for m in kind.types[TIME]] == [("sec", "int32"), ("nanosec", "uint32")]
+
+
+def numbered(told: NDArray[Any], names: dict[tuple[str, ...], int]) -> list[int]:
+    """Return the number of each message's set of names; most messages share one list."""
+    known: dict[int, int] = {}
+    found = []
+    for one in told:
+        number = known.get(id(one))
+        if number is None:
+            number = known[id(one)] = names.setdefault(tuple(sorted(one)), len(names))
+        found.append(number)
+    return found
 
 
 def pairs(

@@ -42,14 +42,25 @@ class Stream:
         self.rows = rows
         self.given = 0  # pairs that were taken away
         self.waiting = 0  # bytes
+        self._taken = 0  # rows that were found among the messages
+        self._begin = int(rows[0]) if len(rows) else 0
+        self._dense = len(rows) > 0 and int(rows[-1]) - self._begin + 1 == len(rows)
         self._gathered = Gathered(AT_ONCE, BYTES_AT_ONCE)
         self._parts: deque[Messages] = deque()
 
     def add(self, messages: Messages, row: int) -> None:
         """Take up messages of the topic, the first of which is its row `row`."""
-        a, b = np.searchsorted(self.rows, [row, row + len(messages)])
+        a, end = self._taken, row + len(messages)
+        if self._dense:  # every message, as mostly, from the first row on
+            b = min(max(end - self._begin, a), len(self.rows))
+        else:
+            b = a + int(np.searchsorted(self.rows[a:], end))
         if a < b:
-            self._put(self._gathered.add(messages[self.rows[a:b] - row]))
+            self._taken = b
+            which = self.rows[a:b] - row
+            first, last = int(which[0]), int(which[-1])
+            some = slice(first, last + 1) if last - first + 1 == len(which) else which
+            self._put(self._gathered.add(messages[some]))
 
     def end(self) -> None:
         """Say that there are no more."""
