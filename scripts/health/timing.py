@@ -25,6 +25,8 @@ REGULAR = 3.0
 JUMP = 0.5
 # Counts and stamps that step back more often than this are those of several publishers on one topic.
 SEVERAL = 0.05
+# A count that begins anew more often is none.
+MOST_RUNS = 1000
 CLOCK = ("clock.sec", "clock.nanosec")
 HEADER = ("header.stamp.sec", "header.stamp.nanosec")
 
@@ -133,8 +135,15 @@ class Times:
             sec, nanosec = (columns[name].astype(np.int64) for name in self._fields)
             self._stamp.append(sec * SECOND + nanosec)
 
-    def timing(self) -> Timing:
-        """Return what is known at the end."""
+    def counts(self) -> NDArray[np.int64]:
+        """Return the publisher's count of each message."""
+        return np.concatenate(self._sequence) if self._sequence else np.empty(0, np.int64)
+
+    def timing(self, counted_together: bool = False) -> Timing:
+        """Return what is known at the end.
+
+        counted_together : whether the counts are those of all topics together, so that they tell no loss
+        """
         found = Timing(self.topic)
         if not self._log:
             return found
@@ -143,7 +152,7 @@ class Times:
         found.backwards = int(np.sum(np.diff(log) < 0))
         sequence = np.concatenate(self._sequence)
         seconds = self.bag.seconds(log)
-        if counted(sequence):
+        if not counted_together and counted(sequence):
             found.losses = losses(seconds, sequence)
             found.lost = sum(loss.count for loss in found.losses)
         if (publish != log).any() and (publish > 0).all():
@@ -256,4 +265,21 @@ def timings(
                 taker(some)
             read += len(some)
         progress(read)
-    return {name: found.timing() for name, found in times.items()}
+    whole = one_counter([found.counts() for found in times.values()])
+    return {name: found.timing(whole) for name, found in times.items()}
+
+
+def one_counter(sequences: list[NDArray[np.int64]]) -> bool:
+    """Say whether one count went over all topics, as converters have it: then no count tells a loss.
+
+    It may begin anew, as in each file of a split bag; then the n-th runs of all topics go together.
+    """
+    parts = [np.split(s, np.flatnonzero(np.diff(s) <= 0) + 1) for s in sequences if len(s)]
+    if len(parts) < 2 or max(map(len, parts)) > MOST_RUNS:
+        return False
+    for n in range(max(map(len, parts))):
+        together = np.concatenate([part[n] for part in parts if n < len(part)])
+        apart = np.unique(together)
+        if len(apart) != len(together) or int(apart[-1] - apart[0]) + 1 != len(apart):
+            return False
+    return True

@@ -34,6 +34,8 @@ def test_each_verb_with_each_kind(kind: str, base: str, tmp_path: Path) -> None:
     told = json.loads(info.stdout)
     assert told["complete"] and told["messages"] == len(rows)
     assert told["duration"] == pytest.approx((rows[-1].time - rows[0].time) * 1e-9)
+    # These writers count the messages of all topics together, or not at all: that tells no loss.
+    assert {topic["lost"] for topic in told["topics"].values()} == {None}
     assert told["topics"]["/stop"]["messages"] == 30 and told["topics"]["/stop"]["interval"] == pytest.approx(
         0.01
     )
@@ -133,6 +135,25 @@ def test_each_message_by_its_own_channel(tmp_path: Path) -> None:
     assert "/command has 2 types; each message is read by its own" in told
     shown = flexsim_here("view", path, "--save", tmp_path / "x.rrd", "--json", cwd=tmp_path)
     assert json.loads(shown.stdout)["rows"]["joints/position"] == 5
+
+
+def test_foreign_notes_are_foreign(tmp_path: Path) -> None:
+    """A metadata record that happens to have our keys makes no bag unreadable, nor a robot of itself."""
+    path = tmp_path / "run.mcap"
+    row = next(r for r in run(1) if r.topic == "/joint_states")
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="ros2", library="test")
+        writer.add_metadata("/cell", {"scene": "at dusk", "elastic_rate": "{", "rate": "fast"})
+        channel = writer.register_channel(
+            "/joint_states", "cdr", writer.register_schema(JOINTS, "ros2msg", definition(JOINTS).encode())
+        )
+        for k in range(5):
+            writer.add_message(channel, k, cdr(row), 0)
+        writer.finish()
+    for verb in (("info",), ("view", "--save", tmp_path / "x.rrd"), ("report", "-o", tmp_path / "x.html")):
+        done = flexsim_here(verb[0], path, *verb[1:], cwd=tmp_path)
+        assert done.returncode == 0, (verb, done.stderr)
 
 
 def growing(path: Path, count: int) -> Path:
