@@ -147,7 +147,6 @@ def as_mapping(first: str, second: str, found: Comparison) -> dict[str, Any]:
         "second": second,
         "exact": found.exact,
         "alike": found.alike,
-        "reproduced": found.reproduced,
         "since": found.since,
         "messages": found.pairs,
         "not_compared": found.not_compared,

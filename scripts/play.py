@@ -253,10 +253,10 @@ def once_more(
     from .bag import Bag as Reopened
 
     again_bag = Reopened(target)
-    found = compare_bags(bag, again_bag, robot_topics(bag))
+    found = compare_bags(bag, again_bag, robot_topics(bag), once=True)
     compared = as_mapping(str(bag.path), str(target), found)
     # It has a state for each tick, of which the first run may have recorded every second one.
-    compared["exact"] = found.reproduced
+    compared["exact"] = found.alike and not found.not_compared
     compared["scenes"] = scenes(bag, again_bag)
     if as_json:
         print_json(done | {"bag": str(bag.path), "output": str(target), "comparison": compared})

@@ -26,6 +26,7 @@ def compare_bags(
     align: str = STAMP,
     offset: float = 0.0,
     progress: Progress = lambda _: None,
+    once: bool = False,
 ) -> Comparison:
     """Compare two bags: each field of each message of either.
 
@@ -37,6 +38,7 @@ def compare_bags(
     offset : s
         Added to the times of the second run.
     progress : called with what is being done
+    once : whether of messages of one stamp only the first counts
 
     Raises
     ------
@@ -57,7 +59,7 @@ def compare_bags(
         pairing.sequences(bag, both, sets, lambda n, bag=bag: progress(f"{n} times of {bag.path} read"))  # type: ignore[misc]
         for bag in (first, second)
     ]
-    pairs = {name: topic_pairs(name, sequences, align, offset) for name in both}
+    pairs = {name: topic_pairs(name, sequences, align, offset, once) for name in both}
     for name in both:
         taken(found, name, pairs[name], first, second)
     pairs = {name: some for name, some in pairs.items() if name in found.topics}
@@ -98,11 +100,13 @@ def why_not(first: Bag, second: Bag, name: str) -> str:
     return ""
 
 
-def topic_pairs(name: str, sequences: list[dict[str, Sequence]], align: str, offset: float) -> list[Pairs]:
+def topic_pairs(
+    name: str, sequences: list[dict[str, Sequence]], align: str, offset: float, once: bool
+) -> list[Pairs]:
     """Pair the messages of a topic."""
     a, b = (side[name] for side in sequences)
     origins = origin(sequences[0], name, sequences), origin(sequences[1], name, sequences)
-    return pairing.pairs(a, b, align, round(offset * SECOND), origins)
+    return pairing.pairs(a, b, align, round(offset * SECOND), origins, once)
 
 
 def origin(side: dict[str, Sequence], name: str, sequences: list[dict[str, Sequence]]) -> int:

@@ -182,11 +182,6 @@ class Comparison:
         return self.alike and self.complete and not any(t.crossed for t in self.topics.values())
 
     @property
-    def reproduced(self) -> bool:
-        """Whether the second run has all of the first, the same to the bit; it may have more."""
-        return self.alike and not self.not_compared and not any(t.only_first for t in self.topics.values())
-
-    @property
     def since(self) -> float | None:
         """The first time that differs, s; None where none does."""
         times = [d.since for t in self.topics.values() for d in t.fields.values() if d.since == d.since]

@@ -177,18 +177,25 @@ def numbered(told: NDArray[Any], names: dict[tuple[str, ...], int]) -> list[int]
 
 
 def pairs(
-    first: Sequence, second: Sequence, align: str, offset: int, origins: tuple[int, int]
+    first: Sequence,
+    second: Sequence,
+    align: str,
+    offset: int,
+    origins: tuple[int, int],
+    once: bool = False,
 ) -> list[Pairs]:
     """Pair the messages of a topic, group by group.
 
     align : STAMP, ELAPSED or RECEIPT
     offset : ns, to be added to the second run's times
     origins : ns, when each run began, by the clock that counts
+    once : whether of messages that bear one stamp only the first counts, as of a state that is repeated
+        while time stands still
     """
     found = []
     for group in np.union1d(first.group, second.group).tolist():
         rows = [np.flatnonzero(s.group == group) for s in (first, second)]
-        found.append(of_group(first, second, rows, align, offset, origins))
+        found.append(of_group(first, second, rows, align, offset, origins, once))
     return found
 
 
@@ -199,6 +206,7 @@ def of_group(
     align: str,
     offset: int,
     origins: tuple[int, int],
+    once: bool,
 ) -> Pairs:
     """Pair the messages of one group."""
     a, b = rows
@@ -217,6 +225,8 @@ def of_group(
         by = ELAPSED
     elif stamped:
         assert first.stamp is not None and second.stamp is not None
+        if once:
+            a, b = a[is_first(first.stamp[a])], b[is_first(second.stamp[b])]
         clock = first.stamp[a]
         i, j = equal(clock, second.stamp[b] + offset)
         by = STAMP
@@ -270,6 +280,11 @@ def equal(first: NDArray[np.int64], second: NDArray[np.int64]) -> tuple[NDArray[
     _, i, j = np.intersect1d(a, b, assume_unique=True, return_indices=True)
     order = np.argsort(i, kind="stable")
     return i[order], j[order]
+
+
+def is_first(stamp: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Say which messages are the first of their segment that bear their stamp."""
+    return np.asarray(often(segments(stamp), stamp) == 0)
 
 
 def often(segment: NDArray[np.int64], stamp: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -123,3 +123,17 @@ def test_longest_rising(values: list[int]) -> None:
     )
     found = np.array(values)[longest_rising(np.array(values, dtype=np.intp))].tolist() if values else []
     assert len(found) == best and found == sorted(found)
+
+
+def test_a_state_that_is_repeated_while_time_stands_still(tmp_path: Path) -> None:
+    """Where it is asked for, only the first message of a stamp counts; else each counts, and its lack is told."""
+    still = [(SECOND + k, 10**7, 1.0) for k in range(5)]
+    going = [(2 * SECOND + k, 10**7 * k, float(k)) for k in range(2, 9)]
+    first, second = (
+        write(tmp_path / "a", {"/t": still + going}),
+        write(tmp_path / "b", {"/t": still[:1] + going}),
+    )
+    once = compare_bags(first, second, once=True)
+    assert once.exact and once.pairs == 8
+    each = compare_bags(first, second)
+    assert not each.exact and each.topics["/t"].only_first == 4
