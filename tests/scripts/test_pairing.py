@@ -126,7 +126,7 @@ def test_longest_rising(values: list[int]) -> None:
 
 
 def test_a_state_that_is_repeated_while_time_stands_still(tmp_path: Path) -> None:
-    """Where it is asked for, only the first message of a stamp counts; else each counts, and its lack is told."""
+    """Where it is asked for, only the first message of a stamp counts; else each does."""
     still = [(SECOND + k, 10**7, 1.0) for k in range(5)]
     going = [(2 * SECOND + k, 10**7 * k, float(k)) for k in range(2, 9)]
     first, second = (
