@@ -20,6 +20,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
 
 from . import qos, storage
+from .ahead import record
 from .errors import BagError
 from .index import Damage, FileIndex, Place
 from .mcap_file import MAGIC, McapFile
@@ -36,7 +37,6 @@ from .metadata import (
     Metadata as Description,
 )
 from .opening import PACKED, Opened, find, is_sqlite
-from .reader import record
 from .writer import RESERVE_NAME
 
 UNFINISHED, DAMAGED = ".part", ".damaged"

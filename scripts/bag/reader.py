@@ -4,30 +4,28 @@ from __future__ import annotations
 
 import heapq
 import warnings
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field, replace
-from io import BytesIO
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
 from mcap.records import Attachment, Metadata
 from numpy.typing import NDArray
 
 from . import opening, qos, storage
+from .ahead import ahead, has, needed, record
 from .cdr import Decoder, TopicDecoder
-from .definitions import definition
+from .channels import Kind, Topic, decoder_of, type_name
 from .errors import BagDamaged, BagError
 from .index import Damage, FileIndex, Place
 from .joints import TYPE as JOINTS
 from .joints import JointDecoder, Names, sets_of
 from .layout import LIST
-from .mcap_index import BROKEN
-from .messages import RECORD, Messages, Thinner, merged
+from .messages import Messages, Thinner, merged
 from .table import Table, changing
 
 if TYPE_CHECKING:
@@ -36,51 +34,11 @@ if TYPE_CHECKING:
 
 # Chunks are read and unpacked ahead by other threads, which do that without Python's lock.
 THREADS = 2
-AHEAD, MOST_AHEAD = 6, 1 << 26
-# Types without a field, whose definition is no text.
-EMPTY = {"std_msgs/msg/Empty"}
 # What is decoded at once: enough to be quick, little enough for any memory.
 BATCH_MESSAGES = 4096
-# In so many messages every set of joints has told of itself.
-LOOKED_AT = 200
 BATCH_SIZE = 32 * 1024 * 1024
+LOOKED_AT = 200  # messages, among which every set of joints has told of itself
 SECONDS = 1e-9
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A channel's messages: their type, how they are encoded, and what the channel says of itself."""
-
-    topic: str
-    type: str
-    encoding: str
-    schema_encoding: str
-    schema: bytes
-    metadata: tuple[tuple[str, str], ...]
-    publisher: int  # which of the channels of a file that are alike otherwise
-
-
-@dataclass
-class Topic:
-    """One topic of a bag.
-
-    Attributes
-    ----------
-    type, schema, encoding : of its first channel that holds something
-    profiles : quality of service that was offered, of all its channels
-    types : all that it has, in the order in which they come
-    """
-
-    name: str
-    type: str
-    schema: str
-    encoding: str
-    profiles: list[qos.Qos]
-    hash: str
-    count: int = 0
-    types: list[str] = field(default_factory=list)
-    numbers: list[int] = field(default_factory=list)
-    channels: set[tuple[Path, int]] = field(default_factory=set)
 
 
 class Bag:
@@ -98,13 +56,11 @@ class Bag:
     topics : dict of str to Topic
     kinds : list of Kind
         Channels of all files, those that are alike as one; messages name theirs by its number here.
-    files : list of Path
-        Those that are read.
+    files : list of Path, those that are read
     start, end : int, ns since the epoch
         First and last log time.
     damages : list of Damage
-        What can't be read, as far as is known; all else can be. What is found later, while
-        messages are read, is added, with a `BagDamaged` warning.
+        What can't be read; what is found while messages are read is added, with a `BagDamaged` warning.
 
     Raises
     ------
@@ -131,11 +87,10 @@ class Bag:
         for file in self.files:
             self._open(file)
         told = [index for index in self.indices.values() if index.first is not None]
-        self.start = min((index.first or 0 for index in told), default=0)
-        self.end = max((index.last or 0 for index in told), default=0)
+        self.start = min((i.first or 0 for i in told), default=0)
+        self.end = max((i.last or 0 for i in told), default=0)
         for name in self.opened.missing:
-            listed = Path(name)
-            self.damages.append(Damage(listed, 0, "metadata.yaml lists this file, which is not there"))
+            self.damages.append(Damage(Path(name), 0, "metadata.yaml lists this file, which is not there"))
         if self.opened.why_no_metadata:
             self.damages.append(Damage(self.opened.folder / "metadata.yaml", 0, self.opened.why_no_metadata))
 
@@ -542,77 +497,3 @@ class Bag:
             topic.numbers.append(number)
         if kind.type not in topic.types:
             topic.types.append(kind.type)
-
-
-def type_name(name: str) -> str:
-    """Return a type's name as ROS writes it, whatever way it is written."""
-    parts = name.replace("::", "/").split("/")
-    return "/".join([parts[0], "msg", parts[1]] if len(parts) == 2 else parts)
-
-
-def decoder_of(kind: Kind) -> Decoder | BagError:
-    """Return what decodes a channel's messages, or why they can't be decoded."""
-    if kind.encoding != "cdr":
-        what = f"are {kind.encoding}" if kind.encoding else "say not how they are encoded"
-        return BagError(f"the messages of {kind.topic} {what}, and only CDR is decoded")
-    if not kind.type:
-        return BagError(f"the bag does not say of which type the messages of {kind.topic} are")
-    text = kind.schema.decode("utf-8", "replace")
-    encoding = kind.schema_encoding or "ros2msg"
-    if not text.strip() and kind.type not in EMPTY:
-        try:
-            text, encoding = definition(kind.type), "ros2msg"
-        except BagError:
-            return BagError(f"the bag does not describe {kind.type}, the type of {kind.topic}")
-    try:
-        return Decoder(kind.type, text, encoding)
-    except BagError as problem:
-        return problem
-
-
-def needed(places: list[Place], numbers: dict[int, str], keep: dict[str, Thinner]) -> Iterator[Place]:
-    """Give the chunks that hold wanted messages."""
-    for place in places:
-        inside = [t for n, t in numbers.items() if place.channels is None or n in place.channels]
-        if inside and sum(keep[topic].needs(place.last) for topic in inside):
-            yield place
-
-
-def has(place: Place, numbers: Mapping[int, str]) -> bool:
-    """Say whether a chunk may hold messages of these channels."""
-    return place.channels is None or not place.channels.isdisjoint(numbers)
-
-
-def ahead(
-    pool: ThreadPoolExecutor, reader: storage.Reader, places: Iterator[Place]
-) -> Iterator[dict[int, Messages] | Damage]:
-    """Give what lies at these places, in order, some being read while others are worked on."""
-    waiting: deque[Future[dict[int, Messages] | Damage]] = deque()
-    sizes: deque[int] = deque()
-    held = 0
-    try:
-        for place in places:
-            # A chunk that is said to be huge waits for those before.
-            while waiting and (len(waiting) > AHEAD or held + place.size > MOST_AHEAD):
-                held -= sizes.popleft()
-                yield waiting.popleft().result()
-            waiting.append(pool.submit(reader, place))
-            sizes.append(place.size)
-            held += place.size
-        while waiting:
-            yield waiting.popleft().result()
-    finally:
-        for future in waiting:
-            future.cancel()
-
-
-def record(file: Path, place: tuple[int, int], kind: Any) -> Any:
-    """Read a record that the index names; raises BagError where it is damaged."""
-    offset, length = place
-    with file.open("rb") as stream:
-        stream.seek(offset + RECORD.size)
-        body = stream.read(length - RECORD.size)
-    try:
-        return kind.read(ReadDataStream(BytesIO(body)))
-    except BROKEN as problem:
-        raise BagError(f"{file}, byte {offset}: a record can't be read: {problem}") from None
