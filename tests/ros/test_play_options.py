@@ -6,11 +6,15 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from bag_kinds import ARRAY, EMPTY, KINDS, QOS, run
+from bag_kinds import ARRAY, EMPTY, KINDS, QOS, header, run
+from flexsim.bag.definitions import type_hash
 from played import SECOND, listener, other_bag
 from processes import Background, command, flexsim, ros_environment
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64MultiArray, String
 
@@ -135,6 +139,49 @@ def test_transforms_play(tmp_path: Path) -> None:
         assert player.process.wait(20) == 0, player.errors.read_text()
     assert [t.child_frame_id for t in heard["/tf"][4][1].transforms] == ["link_0", "link_1", "link_2"]
     assert heard["/tf"][4][1].transforms[0].transform.translation.x == pytest.approx(0.4)
+
+
+def test_a_controllers_state_plays(tmp_path: Path) -> None:
+    """control_msgs, which no wheel has either, is Jazzy's: what a robot's bag holds of it is published."""
+    from control_msgs.msg import JointTrajectoryControllerState
+
+    kind = "control_msgs/msg/JointTrajectoryControllerState"
+    point, several = "trajectory_msgs/JointTrajectoryPoint", "trajectory_msgs/MultiDOFJointTrajectoryPoint"
+    parts = ("reference", "feedback", "error", "output")
+    text = "\n".join(
+        ["std_msgs/Header header", "string[] joint_names", *(f"{point} {part}" for part in parts),
+         "string[] multi_dof_joint_names", *(f"{several} multi_dof_{part}" for part in parts),
+         "float64 speed_scaling_factor\n"]
+    )  # fmt: skip
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(text, kind))
+    assert store.hash_rihs01(kind) == type_hash(kind)
+    none = np.array([])
+    still = store.types["builtin_interfaces/msg/Duration"](0, 0)
+
+    def state(k: int) -> Any:
+        made = store.types["trajectory_msgs/msg/JointTrajectoryPoint"]
+        points = [made(np.array([k + 0.1 * i, 2.0]), none, none, none, still) for i in range(4)]
+        nothing = [store.types["trajectory_msgs/msg/MultiDOFJointTrajectoryPoint"]([], [], [], still)] * 4
+        return store.types[kind](header(SECOND + k), ["a", "b"], *points, [], *nothing, 0.5)
+
+    bag = tmp_path / "run"
+    with Writer(bag, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        states = writer.add_connection("/controller_state", kind, typestore=store)
+        for k in range(5):
+            writer.write(states, SECOND + k * SECOND // 100, store.serialize_cdr(state(k), kind))
+    environment = ros_environment()
+    topics = {"/controller_state": (JointTrajectoryControllerState, QoSProfile(depth=100))}
+    with listener(environment, topics) as (heard, listen, _):
+        player = Background(command("play", bag, "--wait", 20), environment, tmp_path)
+        listen(lambda: len(heard["/controller_state"]) == 5)
+        assert player.process.wait(20) == 0, player.errors.read_text()
+    last = heard["/controller_state"][4][1]
+    assert list(last.joint_names) == ["a", "b"]
+    assert [list(getattr(last, part).positions) for part in parts] == [
+        [pytest.approx(4 + 0.1 * i), 2.0] for i in range(4)
+    ]
+    assert last.speed_scaling_factor == 0.5
 
 
 def test_wrong_words_about_topics(tmp_path: Path) -> None:
