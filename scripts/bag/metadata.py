@@ -10,8 +10,8 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from .errors import BagError
-from .plain_yaml import dump
 from .qos import UNREADABLE, Qos
+from .yaml_text import dump
 
 NAME = "metadata.yaml"
 KEY = "rosbag2_bagfile_information"

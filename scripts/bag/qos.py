@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from copy import deepcopy
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from .plain_yaml import dump
+from .yaml_text import dump
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
@@ -69,7 +70,13 @@ def from_profile(profile: QoSProfile) -> Qos:
 
 def to_yaml(profiles: list[Qos]) -> str:
     """Return the text of a channel's `offered_qos_profiles`."""
-    return dump(profiles)
+    return _written(json.dumps(profiles))
+
+
+@lru_cache(maxsize=256)
+def _written(profiles: str) -> str:
+    # Most topics offer the same, and YAML is slow to write.
+    return dump(json.loads(profiles))
 
 
 def from_yaml(text: str) -> list[Qos]:
