@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .errors import BagError
 from .layout import EndlessType, Layout, walk
 from .messages import Messages, of_list
-from .schema import types_of
+from .schema import Types, types_of
 
 # Shapes that are kept of one type: so many of one size, and so many numbers in all of them together.
 MOST_SHAPES, MOST_KEPT = 16, 1 << 18
@@ -50,6 +50,11 @@ class Decoder:
         self._kept = 0
         self._endless: EndlessType | None = None
         self._sorted: tuple[Messages, list[Group]] | None = None
+
+    @property
+    def definition(self) -> tuple[str, Types] | None:
+        """The type and what it consists of; None where there are several."""
+        return self.type, self.types
 
     def columns(
         self, messages: list[bytes] | Messages, fields: list[str], *, views: bool = False
@@ -177,6 +182,13 @@ class TopicDecoder(Decoder):
         self.type, self.types = sound[0].type, sound[0].types
         self._first = sound[0]
         self._sorted = None
+
+    @property
+    def definition(self) -> tuple[str, Types] | None:
+        """The type and what it consists of; None where the topic's channels differ in it."""
+        mine = self.type, self.types
+        alike = all(isinstance(k, Decoder) and k.definition == mine for k in self.kinds.values())
+        return mine if alike else None
 
     def layout(self, message: bytes) -> Layout:
         """Walk one message, taken for one of the topic's first type."""

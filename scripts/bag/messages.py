@@ -83,12 +83,20 @@ class Messages:
             step = -(-(ALIGNED + size) // 8) * 8
             buffer: NDArray[np.uint8] = np.empty(len(self) * step, dtype=np.uint8)
             rows = buffer.reshape(len(self), step)
-            rows[:, ALIGNED : ALIGNED + size] = window(self.buffer, self.start, size)
+            rows[:, ALIGNED : ALIGNED + size] = self.rows(size)
             start: NDArray[np.int64] = ALIGNED + step * np.arange(len(self), dtype=np.int64)
         else:
             buffer = np.frombuffer(b"".join(self.data()), dtype=np.uint8)
             start = np.cumsum(self.size) - self.size
         return self.moved(buffer, start)
+
+    def rows(self, size: int) -> NDArray[np.uint8]:
+        """Return the first `size` bytes of each: (K, size); raises IndexError beyond the buffer."""
+        stride = self.stride
+        if stride is None or int(self.start.min()) < 0 or int(self.start.max()) + size > len(self.buffer):
+            return window(self.buffer, self.start, size)
+        # Where they lie evenly, as mostly, they need not be picked one by one.
+        return np.ndarray((len(self), size), np.uint8, self.buffer.data, int(self.start[0]), (stride, 1))
 
     def moved(self, buffer: NDArray[np.uint8], start: NDArray[np.int64]) -> Messages:
         """Return the same messages elsewhere."""

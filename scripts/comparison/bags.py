@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fnmatch import fnmatchcase
 
 from ..bag import Bag, BagError
-from ..bag.cdr import Decoder
 from . import pairing
 from .difference import SECOND, Compared, Comparison
-from .messages import Comparer
-from .pairing import ELAPSED, ORDER, RECEIPT, STAMP, Pairs, Sequence
+from .messages import Progress, comparer
+from .pairing import ORDER, STAMP, Pairs, Sequence
+from .straight import compare_straight
 from .streams import Piece, paired
 
-Progress = Callable[[str], None]
 # Stamps farther from the run's beginning than this are of another clock, ns.
 OTHER_CLOCK = 3600 * SECOND
 
@@ -54,16 +52,20 @@ def compare_bags(
             found.not_compared[name] = why
         elif name in first.topics and first.topics[name].count:
             both.append(name)
+    left = both
+    if align == STAMP and not offset and not once:
+        left = compare_straight(first, second, both, found, progress)
     sets: dict[tuple[str, ...], int] = {}
     sequences = [
-        pairing.sequences(bag, both, sets, lambda n, bag=bag: progress(f"{n} times of {bag.path} read"))  # type: ignore[misc]
+        pairing.sequences(bag, left, sets, lambda n, bag=bag: progress(f"{n} times of {bag.path} read"))  # type: ignore[misc]
         for bag in (first, second)
     ]
-    pairs = {name: topic_pairs(name, sequences, align, offset, once) for name in both}
-    for name in both:
+    pairs = {name: topic_pairs(name, sequences, align, offset, once) for name in left}
+    for name in left:
         taken(found, name, pairs[name], first, second)
     pairs = {name: some for name, some in pairs.items() if name in found.topics}
     compare_pairs(first, second, pairs, found, progress)
+    found.topics = {name: found.topics[name] for name in both if name in found.topics}
     for letter, bag in (("A", first), ("B", second)):
         for damage in bag.damages:
             found.not_compared[f"{letter}, {damage.file.name}"] = f"byte {damage.offset}: {damage.what}"
@@ -157,15 +159,3 @@ def compare_pairs(
         lacking = sum(len(p.first) for p in some) - found.topics[name].pairs
         if lacking:
             found.not_compared[f"{name} "] = f"{lacking} of its messages can't be read"
-
-
-def comparer(first: Bag, second: Bag, topic: Compared) -> Comparer:
-    """Return what compares a topic's messages."""
-    decoders: list[Decoder | None] = []
-    for bag in (first, second):
-        try:
-            decoders.append(bag.decoder(topic.topic))
-        except BagError:
-            decoders.append(None)
-    stamps = not {ELAPSED, RECEIPT} & set(topic.by.split(", "))
-    return Comparer(topic, (decoders[0], decoders[1]), stamps)

@@ -73,9 +73,7 @@ class Difference:
         self.note(time, same)
         if a.dtype.kind != "f":  # counts, flags and bytes are the same or not
             return
-        self.numbers += a.size
-        if a.size:
-            self.size = max(self.size, greatest(a))
+        self.measures(a)
         if same.all():
             return
         with np.errstate(invalid="ignore", over="ignore"):
@@ -89,6 +87,12 @@ class Difference:
             self.largest = float(off.flat[worst])
             row, self.component = divmod(worst, a.shape[1])
             self.at = time[row] / SECOND
+
+    def measures(self, values: NDArray[Any]) -> None:
+        """Take up how large the first run's numbers are."""
+        self.numbers += values.size
+        if values.size:
+            self.size = max(self.size, greatest(values))
 
     def note(self, time: NDArray[np.int64], same: NDArray[np.bool_]) -> None:
         """Note which messages are the same."""

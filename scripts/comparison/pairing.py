@@ -113,12 +113,12 @@ def sequence(told: _Gathering) -> Sequence:
 
 
 def times_of(
-    bag: Bag, topic: str, messages: Messages, names: dict[tuple[str, ...], int]
+    bag: Bag, topic: str, messages: Messages, names: dict[tuple[str, ...], int] | None = None
 ) -> tuple[NDArray[np.int64] | None, NDArray[np.int64] | None]:
-    """Return the stamps and the groups of some messages; None where there are none."""
+    """Return the stamps of some messages, None where there are none, and with `names` their groups."""
     stamp = np.empty(len(messages), np.int64)
     group = np.zeros(len(messages), np.int64)
-    at_once = stamps_that_come_first(bag, topic, messages)
+    at_once = stamps_that_come_first(bag, topic, messages, names is not None)
     if at_once is not None:
         return at_once, group
     try:
@@ -129,18 +129,25 @@ def times_of(
                 return None, None
             sec, nanosec = (layout.cut(name, some).astype(np.int64) for name in fields)
             stamp[which] = sec * SECOND + nanosec
-            if layout.kind == GROUPED and "name" in layout.fields:
+            if names is not None and layout.kind == GROUPED and "name" in layout.fields:
                 group[which] = numbered(layout.cut("name", some), names)
     except BagError:  # not what its definition says, or not CDR
         return None, None
     return stamp, group
 
 
-def stamps_that_come_first(bag: Bag, topic: str, messages: Messages) -> NDArray[np.int64] | None:
-    """Return the stamps of messages that begin with theirs, as nearly all do; None of others."""
+def stamps_that_come_first(
+    bag: Bag, topic: str, messages: Messages, grouped: bool
+) -> NDArray[np.int64] | None:
+    """Return the stamps of messages that begin with theirs, as nearly all do; None of others.
+
+    grouped : whether joint states are others, because their names count too
+    """
     kinds = [kind for number in bag.topic(topic).numbers if (kind := bag.decoder_of(number))]
     kind = kinds[0]
-    if len(kinds) != 1 or isinstance(kind, BagError) or kind.type == GROUPED or not begins_with_time(kind):
+    if len(kinds) != 1 or isinstance(kind, BagError) or not begins_with_time(kind):
+        return None
+    if grouped and kind.type == GROUPED:
         return None
     if int(messages.size.min()) < HEADER + 8:
         return None

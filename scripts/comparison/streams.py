@@ -94,7 +94,7 @@ class Side:
     bag: Bag
     streams: dict[str, list[Stream]]
     ended: bool = False
-    _rows: dict[str, int] = field(default_factory=dict)
+    rows: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._chunks = self.bag.read([*self.streams])
@@ -115,11 +115,54 @@ class Side:
             return [*self.streams]
         some = [topic for topic in chunk if topic in self.streams]
         for topic in some:
-            row = self._rows.get(topic, 0)
+            row = self.rows.get(topic, 0)
             for stream in self.streams[topic]:
                 stream.add(chunk[topic], row)
-            self._rows[topic] = row + len(chunk[topic])
+            self.rows[topic] = row + len(chunk[topic])
         return some
+
+
+class Sides:
+    """Two bags that are read side by side.
+
+    Parameters
+    ----------
+    pairs : of each topic, by group, which messages belong together
+    """
+
+    def __init__(self, first: Bag, second: Bag, pairs: dict[str, list[Pairs]]) -> None:
+        self.first = Side(first, {topic: [Stream(p.first) for p in some] for topic, some in pairs.items()})
+        self.second = Side(second, {topic: [Stream(p.second) for p in some] for topic, some in pairs.items()})
+
+    def forget(self, topic: str) -> None:
+        """Read no more of a topic."""
+        for side in (self.first, self.second):
+            side.streams.pop(topic, None)
+
+    def rows(self, topic: str) -> tuple[int, int]:
+        """Return how many messages of a topic were met in either bag."""
+        return self.first.rows.get(topic, 0), self.second.rows.get(topic, 0)
+
+    def pieces(self) -> Iterator[Piece | str]:
+        """Give the messages that belong together, each group of a topic in order.
+
+        Yields
+        ------
+        Piece, or the name of a topic that is forgotten, because too much of it would wait.
+        """
+        a, b = self.first, self.second
+        while a.streams and not (a.ended and b.ended):
+            # Where less waits is what lies behind.
+            side = min((s for s in (a, b) if not s.ended), key=lambda s: s.waiting())
+            for topic in side.more():
+                if topic in a.streams:
+                    yield from pieces(topic, a.streams[topic], b.streams[topic])
+                if topic in a.streams and len(a.streams) > 1 and self._waits(topic) > MOST_WAITING:
+                    self.forget(topic)
+                    yield topic
+
+    def _waits(self, topic: str) -> int:
+        return max(side.waiting(topic) for side in (self.first, self.second))
 
 
 def paired(first: Bag, second: Bag, pairs: dict[str, list[Pairs]]) -> Iterator[Piece | str]:
@@ -129,21 +172,11 @@ def paired(first: Bag, second: Bag, pairs: dict[str, list[Pairs]]) -> Iterator[P
     ------
     Piece, or the name of a topic: what came of it is to be forgotten, it begins anew.
     """
-    sides = [
-        Side(first, {topic: [Stream(p.first) for p in some] for topic, some in pairs.items()}),
-        Side(second, {topic: [Stream(p.second) for p in some] for topic, some in pairs.items()}),
-    ]
     later: list[str] = []
-    while not all(side.ended for side in sides):
-        # Where less waits is what lies behind.
-        side = min((s for s in sides if not s.ended), key=lambda s: s.waiting())
-        for topic in side.more():
-            yield from pieces(topic, sides[0].streams[topic], sides[1].streams[topic])
-            if len(sides[0].streams) > 1 and max(s.waiting(topic) for s in sides) > MOST_WAITING:
-                later.append(topic)
-                yield topic
-                for s in sides:
-                    del s.streams[topic]
+    for piece in Sides(first, second, pairs).pieces():
+        if isinstance(piece, str):
+            later.append(piece)
+        yield piece
     for topic in later:
         yield from paired(first, second, {topic: pairs[topic]})
 
