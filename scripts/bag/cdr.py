@@ -197,6 +197,8 @@ class TopicDecoder(Decoder):
     def only(self, messages: Messages, kind: str) -> Messages:
         """Return the messages that are of a type."""
         mine = [n for n, one in self.kinds.items() if isinstance(one, Decoder) and one.type == kind]
+        if len(mine) == len(self.kinds):
+            return messages
         keep = np.isin(messages.channel, mine)
         return messages if keep.all() else messages[keep]
 

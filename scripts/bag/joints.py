@@ -30,6 +30,7 @@ class JointDecoder:
     def __init__(self, decoder: Decoder, names: Names, others: list[Names], where: str) -> None:
         self.decoder, self.names, self.others, self.where = decoder, names, others, where
         self._warned = False
+        self._told: tuple[Messages, NDArray[Any]] | None = None
 
     def mine(self, messages: Messages) -> Messages:
         """Return the messages of these joints."""
@@ -37,9 +38,10 @@ class JointDecoder:
         if not len(messages):
             return messages
         own = sorted(self.names)
-        told = self.decoder.columns(messages, ["name"])["name"]
-        known: dict[int, bool] = {}  # most messages share one list
-        keep = np.array([known.setdefault(id(n), sorted(n) == own) for n in told], dtype=bool)
+        told = self._names(messages)
+        if one_list(told) and sorted(told[0]) == own:
+            return messages
+        keep = np.array([sorted(names) == own for names in told], dtype=bool)
         if keep.all():
             return messages
         if self.others and not self._warned:
@@ -53,12 +55,17 @@ class JointDecoder:
         """Return some fields of messages of these joints, as `Decoder.columns`, by joint."""
         if not set(fields) & {"name", *QUANTITIES}:
             return self.decoder.columns(messages, fields)
-        columns = self.decoder.columns(messages, list(dict.fromkeys([*fields, "name"])))
-        told = columns["name"]
-        turned = np.array([n is not told[0] and n != told[0] for n in told], dtype=bool)
-        if turned.any() or (len(told) and tuple(told[0]) != self.names):
+        columns = self.decoder.columns(messages, [name for name in fields if name != "name"])
+        told = columns["name"] = self._names(messages)
+        if len(told) and not (one_list(told) and tuple(told[0]) == self.names):
             self._turn(columns, told)
         return {name: columns[name] for name in fields}
+
+    def _names(self, messages: Messages) -> NDArray[Any]:
+        """Return each message's names; whoever asks whose messages are asks for their states next."""
+        if self._told is None or self._told[0] is not messages:
+            self._told = messages, self.decoder.columns(messages, ["name"])["name"]
+        return self._told[1]
 
     def _turn(self, columns: dict[str, NDArray[Any]], told: NDArray[Any]) -> None:
         """Put what is by joint into the order of `names`."""
@@ -69,6 +76,11 @@ class JointDecoder:
         names = np.empty(len(told), dtype=object)
         names.fill(list(self.names))
         columns["name"] = names
+
+
+def one_list(told: NDArray[Any]) -> bool:
+    """Say whether all messages share one list of names, as mostly."""
+    return len(set(map(id, told))) == 1
 
 
 def sets_of(decoder: Decoder, messages: Messages) -> list[Names]:

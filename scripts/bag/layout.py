@@ -373,6 +373,11 @@ def numbers(messages: Messages, found: Field, order: str, views: bool = False) -
 def words(messages: Messages, found: Field, order: str) -> NDArray[Any]:
     """Cut text out of messages of one layout: objects (k,), str or list of str."""
     encoding = "utf-8" if found.dtype == "string" else "utf-16-le" if order == "<" else "utf-16-be"
+    one = shared(messages, found, encoding)
+    if one is not None:
+        cells = np.empty(len(messages), dtype=object)
+        cells.fill(one)
+        return cells
     columns: list[list[str]] = []
     for places, count in found.parts:
         columns += [text(messages, int(place), count, encoding) for place in places]
@@ -385,6 +390,24 @@ def words(messages: Messages, found: Field, order: str) -> NDArray[Any]:
         for i in range(len(messages)):
             cells[i] = [c[i] for c in columns]
     return cells
+
+
+def shared(messages: Messages, found: Field, encoding: str) -> list[str] | None:
+    """Return the texts of a list where all messages have the same, as names are; else None."""
+    if not (found.several and found.parts and len(messages)):
+        return None
+    places = np.concatenate([p for p, _ in found.parts])
+    counts = np.concatenate([np.full(len(p), n) for p, n in found.parts])
+    begin, end = int(places.min()), int((places + counts).max())
+    # Between two texts of a list stand a length and what fills it up to four bytes, and nothing else.
+    if end - begin > int(counts.sum()) + 7 * len(places):
+        return None
+    cut = window(messages.buffer, messages.start + begin, end - begin)
+    if not (cut == cut[0]).all():
+        return None
+    plain = cut[0].tobytes()
+    pairs = zip((places - begin).tolist(), counts.tolist(), strict=True)
+    return [plain[at : at + n].decode(encoding, "replace").rstrip("\0") for at, n in pairs]
 
 
 def text(messages: Messages, place: int, count: int, encoding: str) -> list[str]:

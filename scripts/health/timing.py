@@ -274,9 +274,10 @@ def one_counter(sequences: list[NDArray[np.int64]]) -> bool:
 
     It may begin anew, as in each file of a split bag; then the n-th runs of all topics go together.
     """
-    parts = [np.split(s, np.flatnonzero(np.diff(s) <= 0) + 1) for s in sequences if len(s)]
-    if len(parts) < 2 or max(map(len, parts)) > MOST_RUNS:
+    runs = [(s, np.flatnonzero(np.diff(s) <= 0) + 1) for s in sequences if len(s)]
+    if len(runs) < 2 or any(len(begins) >= MOST_RUNS for _, begins in runs):
         return False
+    parts = [np.split(s, begins) for s, begins in runs]
     for n in range(max(map(len, parts))):
         together = np.concatenate([part[n] for part in parts if n < len(part)])
         apart = np.unique(together)
