@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -67,7 +68,7 @@ class Messages:
             self.channel[which],
         )
 
-    @property
+    @cached_property
     def stride(self) -> int | None:
         """Bytes from each message to the next, where they are of one size and lie evenly; else None."""
         if len(self) < 2:

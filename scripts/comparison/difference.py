@@ -77,7 +77,7 @@ class Difference:
         if same.all():
             return
         with np.errstate(invalid="ignore", over="ignore"):
-            off = np.abs(b.astype(np.float64) - a.astype(np.float64))
+            off = np.abs(b.astype(np.float64, copy=False) - a.astype(np.float64, copy=False))
             # What is not a number differs without end, unless its bits are the same.
             off = np.where(alike, 0.0, off)
             off = np.where(np.isnan(off), np.inf, off)

@@ -13,8 +13,8 @@ from ..bag import Bag
 from ..bag.messages import Gathered, Messages
 from .pairing import Pairs
 
-# What is given at once, at least: enough for NumPy to be quick, and what one chunk often holds.
-AT_ONCE, BYTES_AT_ONCE = 64, 1 << 18
+# What is given at once, at least: enough for NumPy to be quick, and what two or three chunks often hold.
+AT_ONCE, BYTES_AT_ONCE = 256, 1 << 20
 # Of one topic, bytes that wait for the other bag; a topic of which more would wait is read by itself.
 MOST_WAITING = 1 << 28
 
