@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from bag_kinds import KINDS, Row, cdr, copied, leaves, other, run
+from bag_kinds import KINDS, Row, by_mcap, cdr, copied, leaves, other, run
 from flexsim.bag import Bag
-from flexsim.comparison import bags
+from flexsim.comparison import bags, streams
 from flexsim.comparison.bags import compare_bags
 from flexsim.comparison.difference import Comparison
 
@@ -102,6 +103,57 @@ def test_any_single_change_is_found(tmp_path: Path) -> None:
     And a copy in another storage, compression, endianness or schema language is the same to the bit.
     """
     check(tmp_path, 100, 1)
+
+
+def late_stamp(rows: list[Row]) -> None:
+    rows[30].message.header.stamp.nanosec += 7
+
+
+def two_stamps_exchanged(rows: list[Row]) -> None:
+    one, other = rows[30].message.header, rows[32].message.header
+    one.stamp, other.stamp = other.stamp, one.stamp
+
+
+def other_order_of_joints(rows: list[Row]) -> None:
+    rows[30].message.name[:2] = rows[30].message.name[1::-1]
+
+
+def other_joints(rows: list[Row]) -> None:
+    rows[30].message, rows[31].message = rows[31].message, rows[30].message
+
+
+def one_dropped_one_added(rows: list[Row]) -> None:
+    del rows[30]
+    rows.append(copied(rows[-1]))
+
+
+@pytest.mark.parametrize(
+    "change", [late_stamp, two_stamps_exchanged, other_order_of_joints, other_joints, one_dropped_one_added]
+)
+def test_what_no_longer_goes_message_by_message(
+    change: Callable[[list[Row]], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Runs of which messages belong together up to the middle: as if all times had been looked at first."""
+    monkeypatch.setattr(streams, "AT_ONCE", 4)
+    rows = [row for row in run(24) if row.topic == "/joint_states"]
+    others = [copied(row) for row in rows]
+    change(others)
+    one, other = (
+        Bag(by_mcap(tmp_path / f"{name}.mcap", some, chunk_size=1))
+        for name, some in (("a", rows), ("b", others))
+    )
+    straight = []
+    true = bags.compare_straight
+
+    def noted(*given: Any) -> list[str]:
+        straight.append(true(*given))
+        return straight[-1]
+
+    monkeypatch.setattr(bags, "compare_straight", noted)
+    found = compare_bags(one, other)
+    assert straight == [["/joint_states"]] and not found.exact
+    monkeypatch.setattr(bags, "compare_straight", lambda a, b, topics, *_: topics)
+    assert told(found) == told(compare_bags(one, other))
 
 
 @pytest.mark.nightly
