@@ -4,8 +4,8 @@
 # interrupted is done again and one that is finished costs nothing:
 #   venv      .venv with what requirements.lock pins; made anew when a lock, the Python or the
 #             place of the checkout has changed
-#   standard  simulation_interfaces, the standard's types for simulators, which is no wheel
-#   messages  flexsim_msgs; both are generated and built from msgs_schema/ and installed into the venv
+#   standard  the types of simulation_interfaces, tf2_msgs and control_msgs, which are no wheels
+#   messages  flexsim_msgs; all are generated and built from msgs_schema/ and installed into the venv
 #   project   this checkout, editable
 
 PYTHON ?= python3
@@ -20,6 +20,8 @@ unexport PYTHONHOME PYTHONPATH
 VENV := .venv
 VENV_STAMP := $(VENV)/stamps/venv
 STANDARD_STAMP := $(VENV)/stamps/standard
+# Types of ROS packages that are no wheels.
+STANDARD := simulation_interfaces tf2_msgs control_msgs
 MESSAGES_STAMP := $(VENV)/stamps/messages
 PROJECT_STAMP := $(VENV)/stamps/project
 KERNELS_STAMP := $(VENV)/stamps/kernels
@@ -106,14 +108,16 @@ $(VENV_STAMP): requirements.lock requirements-test.lock $(stale)
 # Every Python of the venv finds the venv's ROS packages, as after sourcing a ROS set-up file. And
 # the wheels' own start-up file, which runs after this one, is asked again where another venv's
 # Python started us, because that one's library path is not ours.
-$(STANDARD_STAMP): $(VENV_STAMP) $(shell find msgs_schema/simulation_interfaces -type f)
-	echo "set-up 2/5: simulation_interfaces (a minute)"
+$(STANDARD_STAMP): $(VENV_STAMP) $(shell find $(STANDARD:%=msgs_schema/%) -type f)
+	echo "set-up 2/5: $(STANDARD) (a minute or two)"
 	printf '%s\n' \
 	    "import os, sys; p = os.environ.get('AMENT_PREFIX_PATH', ''); os.environ['AMENT_PREFIX_PATH'] = p if sys.prefix in p.split(':') else sys.prefix + ':' * bool(p) + p" \
 	    "import os, sys; sys.prefix + '/lib' in os.environ.get('LD_LIBRARY_PATH', '').split(':') or os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)" \
 	    > "$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ament_prefix_path.pth"
 	# Not optimised, which is half of the compiler's time: its services are asked now and then.
 	$(call build_types,simulation_interfaces,msgs_schema/simulation_interfaces,None)
+	$(call build_types,tf2_msgs,msgs_schema/tf2_msgs,None)
+	$(call build_types,control_msgs,msgs_schema/control_msgs,None)
 	touch $@
 
 $(MESSAGES_STAMP): $(STANDARD_STAMP) msgs_schema/CMakeLists.txt msgs_schema/package.xml $(shell find msgs_schema/msg -type f)

@@ -22,6 +22,8 @@ from flexsim_ros.first_instant import SCRIPTS
 from flexsim_ros.start import attentive
 
 from .terminal.own_output import own_output
+from .terminal.plain import plain
+from .terminal.report import say
 
 PACKAGE = __name__.rpartition(".")[0]
 EXPECTED_FAILURES = (OSError, ValueError, RuntimeError, LookupError, ArithmeticError)
@@ -76,6 +78,7 @@ def main() -> None:
             warnings.showwarning = said_plainly
             code = flexsim.main(prog_name="flexsim", standalone_mode=False)
     except click.ClickException as error:
+        error.__dict__["message"] = plain(error.message, "\n\t")
         error.show()
         code = error.exit_code
     except (KeyboardInterrupt, click.Abort):
@@ -87,7 +90,7 @@ def main() -> None:
     except Exception as error:
         if os.environ.get("FLEXSIM_TRACEBACK"):
             traceback.print_exc()
-        click.echo(f"Error: {describe(error)}", err=True)
+        say(f"Error: {describe(error)}", err=True)
         code = 1
     sys.exit(code if isinstance(code, int) else 0)
 
@@ -95,7 +98,7 @@ def main() -> None:
 def said_plainly(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     """Show a warning as a sentence; what is only for programmers is left out."""
     if issubclass(category, UserWarning):
-        click.echo(f"Warning: {message}", err=True)
+        say(f"Warning: {message}", err=True)
 
 
 def describe(error: Exception) -> str:

@@ -9,20 +9,29 @@ import click
 
 from .terminal.output_file import OutputFile
 from .terminal.progress import Progress
-from .terminal.report import print_json, print_table
+from .terminal.report import print_json, print_table, say
 from .terminal.robot_option import robot_option
 
 if TYPE_CHECKING:
-    from .comparison.difference import Difference
+    from .comparison.difference import Comparison
 
 
 @click.command()
 @click.argument("first", metavar="A", type=click.Path())
 @click.argument("second", metavar="B", type=click.Path())
-@click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="Only this; may be repeated.")
-@click.option("--exact", is_flag=True, help="Fail where anything differs by a single bit.")
+@click.option("--topic", "topics", multiple=True, metavar="TOPIC",
+              help="Only this, or a pattern; may be repeated.")  # fmt: skip
+@click.option("--without", multiple=True, metavar="TOPIC", help="All but this; may be repeated.")
+@click.option("--align", type=click.Choice(["stamp", "elapsed", "receipt"]), default="stamp",
+              show_default=True,
+              help="Bring messages together by their own time, by how long after the run's beginning"
+              " that is, or by when they were recorded.")  # fmt: skip
+@click.option("--offset", type=float, default=0.0, metavar="SECONDS", help="Add this to the times of B.")
+@click.option("--exact", is_flag=True,
+              help="Fail where anything differs by a single bit, or could not be compared.")  # fmt: skip
 @click.option("--tolerance", type=click.FloatRange(0.0), metavar="PART",
-              help="Fail where a field differs by more than this part of its greatest value.")  # fmt: skip
+              help="Fail where a field differs by more than this part of its greatest value, or some could"
+              " not be compared.")  # fmt: skip
 @click.option("--plot", type=OutputFile(".png", ".svg", ".pdf"), metavar="FILE.png",
               help="Draw both runs and what is between them.")  # fmt: skip
 @click.option("--save", type=OutputFile(".rrd"), metavar="FILE.rrd",
@@ -35,6 +44,9 @@ def command(
     first: str,
     second: str,
     topics: tuple[str, ...],
+    without: tuple[str, ...],
+    align: str,
+    offset: float,
     exact: bool,
     tolerance: float | None,
     plot: str | None,
@@ -43,15 +55,18 @@ def command(
     robot: str,
     as_json: bool,
 ) -> None:
-    """Compare two runs, message by message of equal simulated time.
+    """Compare two runs, message by message.
 
-    A and B are bags, or files of `flexsim simulate --save`. Every field of every topic that both
-    have is compared, to the bit.
+    A and B are bags, or files of `flexsim simulate --save`. Every field of every message of both is
+    compared, to the bit, with the message of the other run that bears the same time; where topics
+    bear no time, one after the other. What could not be compared is listed with the reason, and then
+    the runs are never called the same.
 
     \b
     Example:
       flexsim compare run again
       flexsim compare run again --plot difference.png --save both.rrd
+      flexsim compare run again --align elapsed --topic /joint_states
     """
     from .bag import Bag, BagError
     from .comparison.saved_run import compared, is_saved, read
@@ -68,13 +83,8 @@ def command(
             except BagError as problem:
                 raise BagError(f"{problem}; --plot and --save are for robots") from None
     progress = Progress()
-    found, shown = compared(
-        Path(first),
-        Path(second),
-        topics,
-        lambda topic, at: progress.show(f"{topic}, {at:.0f} s compared"),
-        robot,
-    )
+    found = compared(Path(first), Path(second), topics, without, align, offset, progress.show, robot)
+    shown = Path(first), Path(second)
     progress.clear()
     result = as_mapping(first, second, found)
     if not (is_saved(Path(first)) or is_saved(Path(second))):
@@ -93,23 +103,65 @@ def command(
         print_json(result)
     else:
         print_differences(result)
-    worst = max(found, key=lambda d: d.relative)
-    if exact and not result["exact"]:
-        raise click.ClickException(f"the runs differ since {result['since']:g} s")
+    refuse(found, exact, tolerance)
+
+
+def refuse(found: Comparison, exact: bool, tolerance: float | None) -> None:
+    """Fail where the runs differ by more than they may, or something could not be compared."""
+    if not exact and tolerance is None:
+        return
+    if not found.pairs:
+        raise click.ClickException("nothing in common to compare" + because(found.gaps()))
+    worst = max(found.differences, key=lambda d: d.relative)
+    if exact and not found.alike:
+        raise click.ClickException(f"the runs differ{since(found)}")
     if tolerance is not None and worst.relative > tolerance:
-        raise click.ClickException(
-            f"{worst.name} differs by {worst.relative:.3g} of its greatest value, more than {tolerance:g}"
-        )
+        what = worst.why or f"{worst.relative:.3g} of its greatest value, more than {tolerance:g}"
+        if not worst.why and worst.relative == float("inf"):
+            what = f"what has no distance{since(found)}"
+        raise click.ClickException(f"{worst.name} differs by {what}")
+    if not found.complete or (exact and not found.exact):
+        raise click.ClickException("not all could be compared" + because(found.gaps()))
 
 
-def as_mapping(first: str, second: str, found: list[Difference]) -> dict[str, Any]:
+def since(found: Comparison) -> str:
+    """Say since when runs differ."""
+    return "" if found.since is None else f" since {time_of(found.since)} s"
+
+
+def time_of(seconds: float) -> str:
+    """Write a time so that milliseconds can be told, of the clock on the wall too."""
+    return f"{seconds:.6g}" if abs(seconds) < 1e4 else f"{seconds:.6f}"
+
+
+def because(gaps: list[str]) -> str:
+    """Give the first reasons."""
+    more = f"; and {len(gaps) - 3} more" if len(gaps) > 3 else ""
+    return (": " + "; ".join(gaps[:3]) + more) if gaps else ""
+
+
+def as_mapping(first: str, second: str, found: Comparison) -> dict[str, Any]:
     """Return the comparison, for the table and for --json."""
-    since = [d.since for d in found if d.since == d.since]
     return {
         "first": first,
         "second": second,
-        "exact": all(d.exact for d in found),
-        "since": min(since, default=None),
+        "exact": found.exact,
+        "alike": found.alike,
+        "since": found.since,
+        "messages": found.pairs,
+        "not_compared": found.not_compared,
+        "left_out": found.left_out,
+        "gaps": found.gaps(),
+        "topics": {
+            t.topic: {
+                "paired_by": t.by,
+                "compared": t.pairs,
+                "only_first": t.only_first,
+                "only_second": t.only_second,
+                "in_another_order": t.moved + t.crossed,
+            }
+            for t in found.topics.values()
+        },
         "fields": {
             d.name: {
                 "compared": d.compared,
@@ -122,8 +174,9 @@ def as_mapping(first: str, second: str, found: list[Difference]) -> dict[str, An
                 "rms": d.rms,
                 "relative": d.relative,
                 "since": d.since,
+                "why": d.why,
             }
-            for d in found
+            for d in found.differences
         },
     }
 
@@ -133,36 +186,47 @@ def cells(field: dict[str, Any]) -> list[str]:
     if field["exact"]:
         return ["same", "", "", "", ""]
     if field["at"] != field["at"]:  # bytes or words, that have no distance
-        return ["differs", "", "", "", f"{field['since']:.6g}"]
+        return [field["why"] or "differs", "", "", "", time_of(field["since"])]
     return [
-        f"{field['largest']:.3g}",
+        f"{field['largest']:.3g}" + (f", {field['why']}" if field["why"] else ""),
         f"{field['rms']:.3g}",
         f"{100.0 * field['relative']:.3g} %",
-        f"{field['at']:.6g}",
-        f"{field['since']:.6g}",
+        time_of(field["at"]),
+        time_of(field["since"]),
     ]
+
+
+def title_of(result: dict[str, Any]) -> str:
+    """Say in one sentence what came of it."""
+    runs = f"{result['first']} and {result['second']}"
+    if not result["messages"]:
+        return f"{runs} have nothing in common to compare"
+    if result["exact"]:
+        return f"{runs} are the same to the bit, {result['messages']} messages compared"
+    if result["alike"]:
+        what = "no difference in what could be compared, but not all could be"
+        return f"{runs}: {what}; {result['messages']} messages compared"
+    return f"{runs} differ since {time_of(result['since'])} s"
 
 
 def print_differences(result: dict[str, Any]) -> None:
     """Print the table."""
     from .comparison.scenes import sentence
 
-    fields = result["fields"]
-    compared = max(f["compared"] for f in fields.values())
-    if result["exact"]:
-        title = f"{result['first']} and {result['second']} are the same to the bit, {compared} times compared"
-    else:
-        title = f"{result['first']} and {result['second']} differ since {result['since']:g} s"
     rows = [
         [name, f["compared"], f["only_first"] or "", f["only_second"] or "",
          *cells(f)]
-        for name, f in fields.items()
+        for name, f in result["fields"].items()
     ]  # fmt: skip
-    columns = ["field", "times", "only A", "only B", "largest difference", "rms", "of greatest", "at, s",
+    columns = ["field", "messages", "only A", "only B", "largest difference", "rms", "of greatest", "at, s",
                "since, s"]  # fmt: skip
-    print_table(title, columns, rows)
+    print_table(title_of(result), columns, rows)
+    for gap in result["gaps"]:
+        say(gap)
+    for topic, why in result["left_out"].items():
+        say(f"{topic}: left out {why}")
     for node, scene in result.get("scenes", {}).items():
-        click.echo(sentence(node, scene))
+        say(sentence(node, scene))
     for key, word in (("plot", "picture"), ("recording", "both in 3-D: rerun")):
         if key in result:
-            click.echo(f"{word} {result[key]}")
+            say(f"{word} {result[key]}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .terminal.progress import Progress
-from .terminal.report import print_json, print_table
+from .terminal.report import print_json, print_table, say
 
 if TYPE_CHECKING:
     from .bag import Bag
@@ -65,13 +65,15 @@ def command(bag: str, quick: bool, as_json: bool) -> None:
 
 def describe(bag: Bag) -> dict[str, Any]:
     """Return what the index says, and which scenes ran, for the table and for --json."""
+    from .bag.opening import described
     from .bag.scenes import scenes_in
 
     return {
         "bag": str(bag.path),
-        "files": [file.name for file in bag.files],
+        **described(bag.opened),
+        "files": [file.name for file in bag.opened.names],
         "bytes": bag.size,
-        "start": datetime.fromtimestamp(bag.start * 1e-9).astimezone().isoformat() if bag.count else None,
+        "start": moment(bag.start) if bag.count else None,
         "duration": round(bag.duration, 6),
         "messages": bag.count,
         "complete": bag.complete,
@@ -91,6 +93,9 @@ def describe(bag: Bag) -> dict[str, Any]:
         "topics": {
             topic.name: {
                 "type": topic.type,
+                "types": topic.types,
+                "encoding": topic.encoding,
+                "not_decoded": bag.why_not(topic.name),
                 "hash": topic.hash,
                 "messages": topic.count,
                 "rate": round(topic.count / bag.duration, 3) if bag.duration else None,
@@ -99,6 +104,14 @@ def describe(bag: Bag) -> dict[str, Any]:
             for topic in sorted(bag.topics.values(), key=lambda t: t.name)
         },
     }
+
+
+def moment(time: int) -> str:
+    """Write a log time, ns since the epoch; as seconds where no calendar has it."""
+    try:
+        return datetime.fromtimestamp(time * 1e-9).astimezone().isoformat()
+    except (ValueError, OverflowError, OSError):
+        return f"{time * 1e-9:.0f} s"
 
 
 def timing_figures(timing: Timing) -> dict[str, Any]:
@@ -127,6 +140,9 @@ def print_info(found: dict[str, Any]) -> None:
         f"{found['bag']}: {found['messages']} messages, {found['bytes'] / 1e6:.1f} MB, "
         f"{found['duration']:.1f} s"
     )
+    if found["storage"] != ["mcap"] or found["compression"]:
+        by = f", compressed by {found['compression']}" if found["compression"] else ""
+        title += f", {' and '.join(found['storage']) or 'no file'}{by}"
     if found["start"]:
         title += f" from {found['start']}"
     read = "elapsed" in found
@@ -134,7 +150,12 @@ def print_info(found: dict[str, Any]) -> None:
     columns += ["jitter, ms", "longest, ms", "gaps", "lost"] if read else []
     rows = []
     for name, t in found["topics"].items():
-        row = [name, t["type"], t["messages"], "" if t["rate"] is None else f"{t['rate']:.1f}"]
+        row = [
+            name,
+            ", ".join(t["types"]) or t["type"],
+            t["messages"],
+            "" if t["rate"] is None else f"{t['rate']:.1f}",
+        ]
         if read and "jitter" in t:
             longest = t["longest_interval"]
             row += [
@@ -152,12 +173,19 @@ def print_info(found: dict[str, Any]) -> None:
             scene.get("why_not")
             or f"{scene['name']}, {scene['hash'][:15]}, flexsim {scene['versions']['flexsim']}"
         )
-        click.echo(f"scene of {node}: {told}")
+        say(f"scene of {node}: {told}")
+    for name, t in found["topics"].items():
+        if t["not_decoded"]:
+            say(f"not decoded: {t['not_decoded']}")
+        elif len(t["types"]) > 1:
+            say(f"{name} has {len(t['types'])} types; each message is read by its own")
+    for name in found["not_read"]:
+        say(f"not read: {name}, which metadata.yaml does not list")
     if not found["complete"]:
-        click.echo("This bag is damaged or has no end; what is shown could be read.", err=True)
+        click.echo("This bag is damaged, lacks a file or has no end; what is shown could be read.", err=True)
         for damage in found.get("damages", [])[:MOST_PRINTED]:
-            click.echo(f"  {damage}", err=True)
-        click.echo(f"flexsim recover {found['bag']} makes it whole for other tools.", err=True)
+            say(f"  {damage}", err=True)
+        say(f"flexsim recover {found['bag']} makes whole what can be read.", err=True)
 
 
 def print_findings(seen: Examination) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from .simulate import setting
-from .terminal.report import print_json, print_table
+from .terminal.report import print_json, print_table, say
 from .terminal.robot_option import robot_option
 from .terminal.stop import Stop, stopped_by_signals
 
@@ -34,6 +35,14 @@ FASTER = 1.25
               help="Begin so long after the bag's beginning.")  # fmt: skip
 @click.option("-l", "--loop", is_flag=True, help="Begin again at the end, until Ctrl-C.")
 @click.option("--start-paused", is_flag=True, help="Wait for the space bar.")
+@click.option("--clock", is_flag=False, flag_value=40.0, default=0.0, type=click.FloatRange(0.0, 1e4),
+              metavar="[HZ]", help="Publish the recorded time on /clock, at 40 Hz or so often.")  # fmt: skip
+@click.option("-m", "--remap", multiple=True, metavar="OLD:=NEW",
+              help="Play a topic under another name; may be repeated.")  # fmt: skip
+@click.option("--qos-profile-overrides-path", "profiles", type=click.Path(), metavar="FILE.yaml",
+              help="Offer these profiles, by topic.")  # fmt: skip
+@click.option("--qos", multiple=True, metavar="TOPIC=POLICY:VALUE,...",
+              help="Offer this on a topic, e.g. /scan=reliability:best_effort,depth:5.")  # fmt: skip
 @click.option("--wait", type=click.FloatRange(0.0), default=0.0, metavar="SECONDS",
               help="Wait so long for each topic to have a subscriber.")  # fmt: skip
 @click.option("--lockstep", is_flag=True,
@@ -54,6 +63,10 @@ def command(
     start_offset: float,
     loop: bool,
     start_paused: bool,
+    clock: float,
+    remap: tuple[str, ...],
+    profiles: str | None,
+    qos: tuple[str, ...],
     wait: float,
     lockstep: bool,
     scene: str | None,
@@ -76,11 +89,13 @@ def command(
     Example:
       flexsim play run
       flexsim play run /flexsim_node/commands --rate 0.5 --loop
+      flexsim play run --clock 100 --remap /joint_states:=/recorded/joint_states
       flexsim play run --lockstep -o again
     """
     if not lockstep and (scene or settings or output or robot):
         raise click.UsageError("--scene, --set, --output and --robot belong to --lockstep.")
-    if lockstep and (topics or without or loop or start_offset or start_paused or rate != 1.0):
+    shaped = clock or remap or profiles or qos
+    if lockstep and (topics or without or loop or start_offset or start_paused or rate != 1.0 or shaped):
         raise click.UsageError("--lockstep drives the whole run: give neither topics nor timing.")
     from .bag import Bag
 
@@ -88,25 +103,70 @@ def command(
     if lockstep:
         once_more(found, scene, dict(map(setting, settings)), output, as_json)
         return
-    from .ros.player import Timing, chosen
+    from .bag.topics import chosen
+    from .ros.player import Timing
 
+    found.needs_messages()
     names = chosen(found, topics, without)
+    played = Played(renamed(found, remap), offered(found, profiles, qos), clock)
     timing = Timing(rate, start_offset, loop)
     if start_offset > found.duration:
         raise click.UsageError(f"--start-offset {start_offset:g}: the bag is {found.duration:g} s long")
-    publish(found, names, timing, start_paused, wait, as_json)
+    publish(found, names, timing, start_paused, wait, as_json, played)
 
 
-def publish(bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: float, as_json: bool) -> None:
+@dataclass(frozen=True)
+class Played:
+    """Under which names topics are played, with which profiles, and how often the time is told, Hz."""
+
+    names: dict[str, str]
+    profiles: dict[str, Any]
+    clock: float
+
+
+def renamed(bag: Bag, remap: tuple[str, ...]) -> dict[str, str]:
+    """Read OLD:=NEW; raises BagError for a topic that the bag lacks."""
+    found = {}
+    for words in remap:
+        old, sign, new = words.partition(":=")
+        if not (old and sign and new):
+            raise click.UsageError(f"--remap {words}: give OLD:=NEW, such as /joint_states:=/recorded")
+        old, new = (name if name.startswith("/") or name in bag.topics else f"/{name}" for name in (old, new))
+        found[bag.topic(old).name] = new
+    return found
+
+
+def offered(bag: Bag, path: str | None, words: tuple[str, ...]) -> dict[str, Any]:
+    """Return what is to be offered instead of what was recorded, by topic."""
+    from .ros.offered import override, read_overrides
+
+    found = read_overrides(Path(path)) if path else {}
+    for one in words:
+        topic, profile = override(one)
+        found[bag.topic(topic).name] = found.get(topic, {}) | profile
+    return found
+
+
+def publish(
+    bag: Bag,
+    names: list[str],
+    timing: Any,
+    start_paused: bool,
+    wait: float,
+    as_json: bool,
+    played: Played,
+) -> None:
     """Play a bag until it is over."""
     from .ros.context import tool_node
     from .ros.player import Player, is_command
     from .terminal.keys import keys
 
     with tool_node("flexsim_play") as node, stopped_by_signals() as stopped, keys() as pressed:
-        player = Player(node, bag, names)
+        player = Player(
+            node, bag, names, played.names, played.profiles, played.clock, lambda what: say(what, err=True)
+        )
         for name, why in player.skipped.items():
-            click.echo(f"- {name} is not played: {why}", err=True)
+            say(f"- {name} is not played: {why}", err=True)
         if not player.counts:
             raise click.ClickException(f"{bag.path} has nothing to play")
         if wait and not player.wait_for_listeners([*player.counts], wait, stopped):
@@ -114,7 +174,7 @@ def publish(bag: Bag, names: list[str], timing: Any, start_paused: bool, wait: f
         beside = player.beside()
         for name, who in beside.items():
             moved = "is obeyed by, or comes also from," if is_command(bag.topic(name)) else "comes also from"
-            click.echo(f"Warning: {name} {moved} {', '.join(who)}; --without {name} leaves it out", err=True)
+            say(f"Warning: {name} {moved} {', '.join(who)}; --without {name} leaves it out", err=True)
         player.paused = start_paused
         shown = sys.stderr.isatty() and not as_json
         if shown:
@@ -173,7 +233,7 @@ def once_more(
 ) -> None:
     """Drive a robot through a recorded run, record it, and compare."""
     from .compare import as_mapping, print_differences
-    from .comparison.difference import differences
+    from .comparison.bags import compare_bags
     from .comparison.scenes import scenes
     from .replay.again import again
 
@@ -193,7 +253,10 @@ def once_more(
     from .bag import Bag as Reopened
 
     again_bag = Reopened(target)
-    compared = as_mapping(str(bag.path), str(target), differences(bag, again_bag, robot_topics(bag)))
+    found = compare_bags(bag, again_bag, robot_topics(bag), once=True)
+    compared = as_mapping(str(bag.path), str(target), found)
+    # It has a state for each tick, of which the first run may have recorded every second one.
+    compared["exact"] = found.alike and not found.not_compared
     compared["scenes"] = scenes(bag, again_bag)
     if as_json:
         print_json(done | {"bag": str(bag.path), "output": str(target), "comparison": compared})

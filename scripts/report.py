@@ -40,8 +40,7 @@ def command(bag: str, output: str | None, scene: str | None, robot: str, as_json
     from .bag import Bag
 
     opened = Bag(bag, robot)
-    if not opened.count:
-        raise click.ClickException(f"{bag} holds no messages to report on")
+    opened.needs_messages()
     target = Path(output) if output else Path(f"{opened.path.resolve().stem}.html")
     if scene is not None and not Path(scene).is_file():
         raise click.ClickException(f"{scene} does not exist; give a scene's YAML file")

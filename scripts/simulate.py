@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 @click.option("--torque", type=click.Path(), metavar="FILE.csv|BAG",
               help="Torques, N m: columns t, one a joint (passive ones may be left out), a row holds "
                    "until the next; or what drove a recorded robot.")  # fmt: skip
+@click.option("--start", type=float, metavar="SECONDS",
+              help="The time of FILE.csv at which the run begins; else 0, or the first of a file whose times"
+                   " are of the wall's clock.")  # fmt: skip
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE",
               help="Change the scene, e.g. solver.step=5e-4; may be repeated.")  # fmt: skip
 @click.option("--save", type=click.Path(dir_okay=False), metavar="FILE.npz",
@@ -42,6 +45,7 @@ def command(
     duration: float | None,
     sample_period: float | None,
     torque: str | None,
+    start: float | None,
     settings: tuple[str, ...],
     save: str | None,
     robot: str,
@@ -73,7 +77,9 @@ def command(
     if drive is not None:
         sample_period = 1.0 / drive.rate if sample_period is None else sample_period
         duration = drive.duration if duration is None else duration
-    run, elapsed = work(loaded, 1.0 if duration is None else duration, sample_period, torque, drive)
+    if start is not None and (torque is None or drive is not None):
+        raise click.UsageError("--start is for a --torque FILE.csv.")
+    run, elapsed = work(loaded, 1.0 if duration is None else duration, sample_period, torque, drive, start)
     if save:
         write(run, loaded, Path(save))
     found = figures(run, loaded, elapsed)
@@ -88,7 +94,7 @@ def command(
 
 def is_bag(path: Path) -> bool:
     """Say whether a path is that of a bag."""
-    return path.is_dir() or path.suffix == ".mcap"
+    return path.is_dir() or path.suffix in (".mcap", ".db3", ".zstd") or path.name == "metadata.yaml"
 
 
 def driven(path: Path, scene: Scene, robot: str) -> Drive:
@@ -146,75 +152,31 @@ def work(
     sample_period: float | None,
     torque: str | None,
     drive: Drive | None,
+    start: float | None = None,
 ) -> tuple[Run, float]:
     """Simulate, with the compilation done before.  Returns the run and the s it took."""
     from flexsim_node import simulate
 
-    simulate(scene, duration=0.0)
-    begun = time.monotonic()
-    if torque is None:
-        run = simulate(scene, duration=duration, sample_period=sample_period)
-        return run, time.monotonic() - begun
+    from .signals.torque import read_torque
+
     period = scene.solver.step if sample_period is None else sample_period
     stride = max(1, math.ceil(period / scene.solver.step - 1e-9))
     fine = period / stride  # torques may change at every step, however few samples are kept
-    steps = round(duration / fine) + 1
-    applied = (
-        read_torque(Path(torque), scene, steps, fine)
-        if drive is None
-        else drive.held(torque, scene.joint_names, steps, fine)
-    )
-    run = simulate(
-        scene,
-        applied,
-        duration=duration,
-        sample_period=fine,
-    )
+    applied: NDArray[np.float64] | None = None
+    if torque is not None:  # what is wrong with it is said before anything is compiled
+        steps = round(duration / fine) + 1
+        applied = (
+            read_torque(Path(torque), scene.joint_names, scene.passive_joints, steps, fine, start)
+            if drive is None
+            else drive.held(torque, scene.joint_names, steps, fine)
+        )
+    simulate(scene, duration=0.0)
+    begun = time.monotonic()
+    if applied is None:
+        run = simulate(scene, duration=duration, sample_period=sample_period)
+        return run, time.monotonic() - begun
+    run = simulate(scene, applied, duration=duration, sample_period=fine)
     return thinned(run, stride), time.monotonic() - begun
-
-
-def read_torque(path: Path, scene: Scene, steps: int, step: float) -> NDArray[np.float64]:
-    """Return the torque (steps, m) in force at each step.
-
-    Raises
-    ------
-    ValueError
-        where the file is not a table of t and one column a joint
-    """
-    import csv
-
-    import numpy as np
-
-    names = scene.joint_names
-    motors = [name for name in names if name not in scene.passive_joints]
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
-    except FileNotFoundError:
-        raise ValueError(f"{path} does not exist; give a CSV file") from None
-    wanted = ["t", *names]
-    order = list(range(len(wanted)))
-    if rows and number(rows[0][0]) is None:
-        header = [word.strip() for word in rows.pop(0)]
-        if sorted(header) == sorted(["t", *motors]):
-            wanted = ["t", *motors]
-        if sorted(header) != sorted(wanted):
-            raise ValueError(f"{path}: columns are {', '.join(header)}; give {', '.join(wanted)}")
-        order = [header.index(name) for name in wanted]
-    try:
-        table = np.array([[float(word) for word in row] for row in rows])
-    except ValueError as problem:
-        raise ValueError(f"{path}: {problem}; give numbers") from None
-    if table.ndim != 2 or table.shape[1] != len(wanted) or not np.isfinite(table).all():
-        raise ValueError(f"{path}: give rows of {len(wanted)} finite numbers: {', '.join(wanted)}")
-    table = table[:, order]
-    if (np.diff(table[:, 0]) <= 0.0).any():
-        raise ValueError(f"{path}: t does not rise from row to row")
-    # A time that is a step but for rounding belongs to that step; before the first row: no torque.
-    at = np.searchsorted(table[:, 0], step * np.arange(steps) + 1e-6 * step, side="right")
-    efforts = np.zeros((len(table) + 1, len(names)))
-    efforts[1:, [names.index(name) for name in wanted[1:]]] = table[:, 1:]
-    return efforts[at]
 
 
 def thinned(run: Run, stride: int) -> Run:

@@ -15,6 +15,7 @@ PRIMITIVES = {"bool", "byte", "char", "float32", "float64", "string", "wstring"}
     f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
 }
 FIELD = re.compile(r"^([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
+TYPE_NAME = re.compile(r"[A-Za-z]\w*/(msg|srv|action)/[A-Za-z]\w*\Z")
 CONSTANT = re.compile(r"^[\w/<=]+\s+[A-Za-z]\w*\s*=")
 
 
@@ -26,6 +27,8 @@ def prefixes() -> list[Path]:
 
 def message_file(type_name: str, suffix: str) -> Path:
     """Return the file that describes `pkg/msg/Type`; raises BagError where none is installed."""
+    if not TYPE_NAME.match(type_name):  # it may come from a file, and be a path
+        raise BagError(f"{type_name!r} is no name of a message type")
     package, _, rest = type_name.partition("/")
     for prefix in prefixes():
         path = prefix / "share" / package / f"{rest}{suffix}"

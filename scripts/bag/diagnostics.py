@@ -44,14 +44,15 @@ def statuses(data: bytes) -> list[Status]:
 
 
 def _read(data: bytes) -> Iterator[Status]:
-    if data[:2] != b"\0\1":
-        raise BagError(f"a {TYPE} message is not little-endian CDR")
+    order = {b"\0\1": "<", b"\0\0": ">"}.get(data[:2])
+    if order is None:
+        raise BagError(f"a {TYPE} message is not CDR")
     at = 4
 
     def number() -> int:
         nonlocal at
         at += -at % 4
-        (value,) = struct.unpack_from("<I", data, at)
+        (value,) = struct.unpack_from(f"{order}I", data, at)
         at += 4
         return int(value)
 

@@ -11,6 +11,7 @@ import errno
 import struct
 import zlib
 from array import array
+from collections.abc import Callable
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
@@ -57,6 +58,9 @@ class McapFile:
         Must not exist yet.
     chunk_size : int
         Bytes, uncompressed, at which a chunk is closed.
+    profile, library : str
+        What the file says of itself.
+    compression : "zstd", "lz4" or ""
 
     Attributes
     ----------
@@ -68,16 +72,23 @@ class McapFile:
         Bytes of the file that hold whole records.
     """
 
-    def __init__(self, path: Path, *, chunk_size: int = CHUNK_SIZE) -> None:
-        import zstandard
-
+    def __init__(
+        self,
+        path: Path,
+        *,
+        chunk_size: int = CHUNK_SIZE,
+        profile: str = "ros2",
+        library: str = "flexsim",
+        compression: str = "zstd",
+    ) -> None:
         self.path = path
         self.chunk_size = chunk_size
         self.count = 0
         self.first = self.last = 0
         self.whole = 0
         self._file = path.open("xb", buffering=0)
-        self._compress = zstandard.ZstdCompressor(level=LEVEL).compress
+        self.compression = compression
+        self._compress = compressor(compression)
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self._counts: dict[int, int] = {}
@@ -88,7 +99,7 @@ class McapFile:
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._summary = 1024  # bytes, at most, that the file's end takes
-        self._put(MAGIC + encoded(Header("ros2", "flexsim")))
+        self._put(MAGIC + encoded(Header(profile, library)))
 
     @property
     def closed(self) -> bool:
@@ -112,20 +123,29 @@ class McapFile:
         """Messages of each channel."""
         return dict(self._counts)
 
-    def add_schema(self, name: str, text: bytes) -> int:
-        """Describe a type; returns its number."""
-        number = len(self._schemas) + 1
-        schema = Schema(id=number, data=text, encoding="ros2msg", name=name)
+    def add_schema(self, name: str, text: bytes, encoding: str = "ros2msg", number: int = 0) -> int:
+        """Describe a type; returns its number, the next one if none is asked for."""
+        number = number or len(self._schemas) + 1
+        schema = Schema(id=number, data=text, encoding=encoding, name=name)
         self._put(encoded(schema))
         self._chunk += encoded(schema)
         self._schemas[number] = schema
         self._summary += len(encoded(schema))
         return number
 
-    def add_channel(self, topic: str, schema: int, metadata: dict[str, str]) -> int:
-        """Open a channel; returns its number."""
-        number = len(self._channels) + 1
-        channel = Channel(id=number, topic=topic, message_encoding="cdr", metadata=metadata, schema_id=schema)
+    def add_channel(
+        self,
+        topic: str,
+        schema: int,
+        metadata: dict[str, str],
+        encoding: str = "cdr",
+        number: int | None = None,
+    ) -> int:
+        """Open a channel; returns its number, the next one if none is asked for."""
+        number = len(self._channels) + 1 if number is None else number
+        channel = Channel(
+            id=number, topic=topic, message_encoding=encoding, metadata=metadata, schema_id=schema
+        )
         self._put(encoded(channel))
         self._chunk += encoded(channel)
         self._channels[number] = channel
@@ -133,10 +153,14 @@ class McapFile:
         self._summary += len(encoded(channel)) + 10
         return number
 
-    def add_attachment(self, name: str, media_type: str, data: bytes, time: int) -> None:
+    def add_attachment(
+        self, name: str, media_type: str, data: bytes, time: int, created: int | None = None
+    ) -> None:
         """Put a file into the bag."""
-        record = encoded(Attachment(time, time, name, media_type, data))
-        index = AttachmentIndex(self.whole, len(record), time, time, len(data), name, media_type)
+        created = time if created is None else created
+        # mcap 1.6's fields stand in this order: created, logged.
+        record = encoded(Attachment(created, time, name, media_type, data))
+        index = AttachmentIndex(self.whole, len(record), time, created, len(data), name, media_type)
         self._put(record)
         self._attachments.append(index)
         self._summary += len(encoded(index))
@@ -186,7 +210,7 @@ class McapFile:
         squeezed = self._compress(plain)
         record = encoded(
             Chunk(
-                compression="zstd",
+                compression=self.compression,
                 data=squeezed,
                 message_start_time=self._chunk_first,
                 message_end_time=self._chunk_last,
@@ -207,7 +231,7 @@ class McapFile:
             chunk_length=len(record),
             message_index_offsets=offsets,
             message_index_length=len(indices),
-            compression="zstd",
+            compression=self.compression,
             compressed_size=len(squeezed),
             uncompressed_size=len(plain),
         )
@@ -311,6 +335,19 @@ class McapFile:
         )
         footer = encoded(Footer(start, offsets_start, checked))
         return encoded(DataEnd(0)) + bytes(summary) + footer + MAGIC
+
+
+def compressor(name: str) -> Callable[[bytes], bytes]:
+    """Return what compresses a chunk."""
+    if name == "lz4":
+        import lz4.frame
+
+        return lambda data: bytes(lz4.frame.compress(data))
+    if name == "":
+        return lambda data: data
+    import zstandard
+
+    return zstandard.ZstdCompressor(level=LEVEL).compress
 
 
 def smallest_end() -> bytes:

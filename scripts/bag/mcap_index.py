@@ -11,7 +11,7 @@ import os
 import struct
 import threading
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import replace
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -33,88 +33,19 @@ from mcap.records import (
 )
 from numpy.typing import NDArray
 
+from .index import Damage, FileIndex, Place
 from .mcap_file import FOOTER_HEAD, FOOTER_LENGTH, MAGIC
 from .messages import RECORD, Messages, by_index, by_walking
 
 CHUNK_HEAD = struct.Struct("<QQQI")
-LARGEST_CHUNK = 1 << 32
+LARGEST_CHUNK = 1 << 29
+TOGETHER = 1 << 20
 COMPRESSIONS = (b"", b"lz4", b"zstd")
 BROKEN = (McapError, ValueError, EOFError, struct.error, OverflowError, MemoryError, RuntimeError)
 TIMES = struct.Struct("<QQ")
 # Times, place and length of a chunk, and the bytes of the places of its message indices.
 CHUNK_INDEX = struct.Struct("<QQQQI")
 INDEX_OFFSET = struct.Struct("<HQ")
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where a chunk lies in its file, or a message outside chunks, which is taken for one.
-
-    Attributes
-    ----------
-    offset, length : bytes of the record, with its head
-    indices : bytes of the message indices behind it
-    first, last : ns, log times
-    channels : those it has messages of; None where that is not known
-    """
-
-    offset: int
-    length: int
-    indices: int
-    first: int
-    last: int
-    channels: frozenset[int] | None = None
-
-
-@dataclass(frozen=True)
-class Damage:
-    """What can't be read, and where: bytes of a file, and log times as far as they are known."""
-
-    file: Path
-    offset: int
-    what: str
-    first: int = 0
-    last: int = 0
-
-    def __str__(self) -> str:
-        return f"{self.file.name}, byte {self.offset}: {self.what}"
-
-
-@dataclass
-class FileIndex:
-    """What is in a file.
-
-    Attributes
-    ----------
-    counts : messages by channel
-    ended : whether the file has its end
-    summed : whether the file's own summary was found, and is what this was made of
-    chunked : whether it has chunks
-    """
-
-    path: Path
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    counts: dict[int, int] = field(default_factory=dict)
-    places: list[Place] = field(default_factory=list)
-    attachments: dict[str, tuple[int, int]] = field(default_factory=dict)
-    metadata: dict[str, tuple[int, int]] = field(default_factory=dict)
-    first: int = 0
-    last: int = 0
-    ended: bool = True
-    summed: bool = False
-    chunked: bool = False
-    damages: list[Damage] = field(default_factory=list)
-
-    @property
-    def count(self) -> int:
-        """Messages of all channels."""
-        return sum(self.counts.values())
-
-    def extend(self, first: int, last: int) -> None:
-        """Take up log times."""
-        self.first = min(self.first or first, first)
-        self.last = max(self.last, last)
 
 
 def read(path: Path) -> FileIndex:
@@ -125,18 +56,12 @@ def read(path: Path) -> FileIndex:
             empty.damages.append(Damage(path, 0, "the file is empty"))
             return empty
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            damaged = ""
             try:
                 found = from_summary(path, data)
             except BROKEN:
-                found = None
-            return scan(path, data) if found is None else found
-
-
-def has_plain_end(data: mmap.mmap) -> bool:
-    """Say whether a file ends as one does that was written without a summary."""
-    at = len(data) - len(MAGIC) - 9 - FOOTER_LENGTH
-    plain = RECORD.pack(Opcode.FOOTER, FOOTER_LENGTH) + bytes(8)
-    return at > 0 and data[-len(MAGIC) :] == MAGIC and data[at : at + len(plain)] == plain
+                found, damaged = None, "the index at the file's end is damaged"
+            return scan(path, data, damaged) if found is None else found
 
 
 def parsed(kind: Any, body: bytes) -> Any:
@@ -149,7 +74,7 @@ def parsed(kind: Any, body: bytes) -> Any:
 
 
 def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
-    """Read the summary; None where there is none that can be trusted."""
+    """Read the summary; None where there is none, or not enough; raises one of BROKEN where it is damaged."""
     size = len(data)
     footer_at = size - len(MAGIC) - 9 - FOOTER_LENGTH
     if footer_at < len(MAGIC) or data[-len(MAGIC) :] != MAGIC:
@@ -158,12 +83,14 @@ def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
         return None
     footer = parsed(Footer, data[footer_at + 9 : size - len(MAGIC)])
     start = footer.summary_start
-    if not len(MAGIC) < start < footer_at:
+    if not start or start == footer_at:
         return None
+    if not len(MAGIC) < start < footer_at:
+        raise ValueError("it is not where it is said to be")
     summary = data[start:footer_at]
     head = FOOTER_HEAD.pack(Opcode.FOOTER, FOOTER_LENGTH, start, footer.summary_offset_start)
     if footer.summary_crc and zlib.crc32(head, zlib.crc32(summary)) != footer.summary_crc:
-        return None
+        raise ValueError("its checksum is wrong")
     found = FileIndex(path, summed=True)
     statistics: Statistics | None = None
     at = 0
@@ -171,6 +98,8 @@ def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
         opcode, length = RECORD.unpack_from(summary, at)
         body = summary[at + RECORD.size : at + RECORD.size + length]
         at += RECORD.size + length
+        if at > len(summary):
+            raise ValueError("it ends within a record")
         if opcode == Opcode.SCHEMA:
             schema = parsed(Schema, body)
             found.schemas[schema.id] = schema
@@ -183,11 +112,14 @@ def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
             found.places.append(place_of(body))
         elif opcode == Opcode.ATTACHMENT_INDEX:
             a = parsed(AttachmentIndex, body)
-            found.attachments[a.name] = (a.offset, a.length)
+            found.attachments.append((a.name, (a.offset, a.length)))
         elif opcode == Opcode.METADATA_INDEX:
             m = parsed(MetadataIndex, body)
-            found.metadata[m.name] = (m.offset, m.length)
+            found.metadata.append((m.name, (m.offset, m.length)))
     if statistics is None or statistics.chunk_count != len(found.places):
+        return None  # sound, but without an index
+    said = (statistics.attachment_count, statistics.metadata_count)
+    if said != (len(found.attachments), len(found.metadata)):
         return None
     if statistics.message_count and not (found.places and found.channels):
         return None  # messages outside chunks, or channels that only the data name
@@ -197,6 +129,11 @@ def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
     if statistics.message_count:
         found.first, found.last = statistics.message_start_time, statistics.message_end_time
     found.places.sort(key=lambda place: place.offset)
+    at = 0
+    for place in found.places:
+        if place.offset < at or place.offset + place.length + place.indices > footer_at:
+            raise ValueError("its chunks do not fit into the file")
+        at = place.offset + place.length
     return found
 
 
@@ -206,11 +143,13 @@ def place_of(body: bytes) -> Place:
     end = CHUNK_INDEX.size + size
     channels = frozenset(number for number, _ in INDEX_OFFSET.iter_unpack(body[CHUNK_INDEX.size : end]))
     (indices,) = struct.unpack_from("<Q", body, end)
-    return Place(offset, length, indices, first, last, channels or None)
+    (name,) = struct.unpack_from("<I", body, end + 8)
+    _, room = TIMES.unpack_from(body, end + 12 + name)
+    return Place(offset, length, indices, first, last, channels or None, room)
 
 
-def scan(path: Path, data: mmap.mmap) -> FileIndex:
-    """Find all that can be read, from the beginning to the end of a file."""
+def scan(path: Path, data: mmap.mmap, damaged: str = "") -> FileIndex:
+    """Find all that can be read, from the beginning to the end of a file whose index may be damaged."""
     found = FileIndex(path, ended=False)
     size = len(data)
     inside: tuple[dict[int, Schema], dict[int, Channel]] = ({}, {})
@@ -239,6 +178,8 @@ def scan(path: Path, data: mmap.mmap) -> FileIndex:
         before = None if opcode == Opcode.CHUNK else at
         try:
             if opcode in (Opcode.DATA_END, Opcode.FOOTER):
+                if opcode == Opcode.DATA_END and not checked(data, at, body, length):
+                    found.damages.append(Damage(path, at, "the checksum of all that lies before is wrong"))
                 found.ended = True
             elif opcode == Opcode.CHUNK:
                 take_chunk(found, data, at, RECORD.size + length, inside)
@@ -267,9 +208,20 @@ def scan(path: Path, data: mmap.mmap) -> FileIndex:
     if not found.ended:
         if not any("ends within" in d.what for d in found.damages):
             found.damages.append(Damage(path, size, "the file has no end"))
-    elif not has_plain_end(data):
-        found.damages.append(Damage(path, size, "the index at the file's end is damaged"))
+    elif damaged or data[-len(MAGIC) :] != MAGIC:
+        found.damages.append(Damage(path, size, damaged or "the file's end is damaged"))
     return found
+
+
+def checked(data: mmap.mmap, at: int, body: int, length: int) -> bool:
+    """Say whether the data's checksum is right, where there is one."""
+    (said,) = struct.unpack_from("<I", data, body) if length >= 4 else (0,)
+    if not said:
+        return True
+    found = 0
+    for begin in range(0, at, 1 << 24):
+        found = zlib.crc32(data[begin : min(at, begin + (1 << 24))], found)
+    return bool(found == said)
 
 
 def sound_length(data: mmap.mmap, at: int, size: int) -> int | None:
@@ -329,16 +281,11 @@ def unpacked(data: Any, at: int, length: int) -> NDArray[np.uint8]:
     _, _, size, checksum, compression, begin, packed = unpacked_head(data, at, length)
     squeezed = memoryview(data)[begin : begin + packed]
     if compression == b"zstd":
-        import zstandard
-
-        try:
-            plain = zstandard.ZstdDecompressor().decompress(squeezed, max_output_size=size)
-        except zstandard.ZstdError as problem:
-            raise ValueError("it can't be decompressed") from problem
+        plain = unzstd(squeezed, size)
     elif compression == b"lz4":
         import lz4.frame
 
-        plain = lz4.frame.decompress(squeezed)
+        plain = lz4.frame.LZ4FrameDecompressor().decompress(squeezed, max_length=size + 1)
     else:
         plain = bytes(squeezed)
     if len(plain) != size:
@@ -346,6 +293,20 @@ def unpacked(data: Any, at: int, length: int) -> NDArray[np.uint8]:
     if checksum and zlib.crc32(plain) != checksum:
         raise ValueError("its checksum is wrong")
     return np.frombuffer(plain, dtype=np.uint8)
+
+
+def unzstd(squeezed: Any, size: int) -> bytes:
+    """Decompress what is to have this size; raises ValueError, whatever it holds."""
+    import zstandard
+
+    try:
+        # A frame that says of itself how large it is would get as much memory as it says.
+        said = zstandard.frame_content_size(squeezed)
+        if said not in (-1, size):
+            raise ValueError("it is not as long as it says")
+        return zstandard.ZstdDecompressor().decompress(squeezed, max_output_size=size)
+    except zstandard.ZstdError as problem:
+        raise ValueError("it can't be decompressed") from problem
 
 
 def take_chunk(
@@ -357,7 +318,8 @@ def take_chunk(
 ) -> None:
     """Take up a chunk that was met; raises one of BROKEN."""
     found.chunked = True
-    messages, others = by_walking(unpacked(data, at, length - RECORD.size))
+    chunk = unpacked(data, at, length - RECORD.size)
+    messages, others = by_walking(chunk)
     for opcode, body in others:
         if opcode == Opcode.SCHEMA:
             schema = parsed(Schema, body)
@@ -367,7 +329,7 @@ def take_chunk(
             inside[1][channel.id] = channel
     first = min((int(m.log_time.min()) for m in messages.values()), default=0)
     last = max((int(m.log_time.max()) for m in messages.values()), default=0)
-    found.places.append(Place(at, length, 0, first, last, frozenset(messages)))
+    found.places.append(Place(at, length, 0, first, last, frozenset(messages), len(chunk)))
     for number, some in messages.items():
         found.counts[number] = found.counts.get(number, 0) + len(some)
         found.extend(int(some.log_time.min()), int(some.log_time.max()))
@@ -379,9 +341,7 @@ def extend_indices(found: FileIndex, at: int, length: int) -> None:
         return
     last = found.places[-1]
     if last.offset + last.length + last.indices == at:
-        found.places[-1] = Place(
-            last.offset, last.length, last.indices + length, last.first, last.last, last.channels
-        )
+        found.places[-1] = replace(last, indices=last.indices + length)
 
 
 def take_record(found: FileIndex, opcode: int, body: bytes, at: int, bare: list[Place]) -> None:
@@ -394,10 +354,10 @@ def take_record(found: FileIndex, opcode: int, body: bytes, at: int, bare: list[
         found.channels.setdefault(channel.id, channel)
     elif opcode == Opcode.ATTACHMENT:
         name = parsed(Attachment, body).name
-        found.attachments[name] = (at, RECORD.size + len(body))
+        found.attachments.append((name, (at, RECORD.size + len(body))))
     elif opcode == Opcode.METADATA:
         name = parsed(Metadata, body).name
-        found.metadata[name] = (at, RECORD.size + len(body))
+        found.metadata.append((name, (at, RECORD.size + len(body))))
     elif opcode == Opcode.MESSAGE and len(body) >= 22:
         channel_number, _ = struct.unpack_from("<HI", body)
         log_time, _ = TIMES.unpack_from(body, 6)
@@ -405,12 +365,21 @@ def take_record(found: FileIndex, opcode: int, body: bytes, at: int, bare: list[
 
 
 def take_bare(found: FileIndex, places: list[Place]) -> None:
-    """Take up the messages of a file that has no chunks."""
-    found.places += places
+    """Take up the messages that stand outside chunks, those in a row together."""
+    together: list[Place] = []
     for place in places:
         for number in place.channels or ():
             found.counts[number] = found.counts.get(number, 0) + 1
         found.extend(place.first, place.last)
+        last = together[-1] if together else None
+        if last and last.offset + last.length == place.offset and last.length + place.length < TOGETHER:
+            together[-1] = Place(
+                last.offset, last.length + place.length, 0, min(last.first, place.first),
+                max(last.last, place.last), (last.channels or frozenset()) | (place.channels or frozenset()),
+            )  # fmt: skip
+        else:
+            together.append(place)
+    found.places = sorted([*found.places, *together], key=lambda place: place.offset)
 
 
 def resumed(data: mmap.mmap, at: int, length: int) -> int:
@@ -451,10 +420,12 @@ class ChunkReader:
             return damage("the file ends within a chunk")
         try:
             opcode, length = RECORD.unpack_from(data)
-            if opcode == Opcode.MESSAGE and RECORD.size + length == place.length:
+            if opcode == Opcode.MESSAGE and RECORD.size + length <= place.length and not place.indices:
                 return by_walking(np.frombuffer(bytes(data), np.uint8))[0]
             if opcode != Opcode.CHUNK or RECORD.size + length != place.length:
                 return damage("a chunk is damaged: it does not begin where the index says")
+            if place.size and unpacked_head(data, 0, length)[2] != place.size:
+                return damage("a chunk is damaged: it is not as long as the index says")
             chunk = unpacked(data, 0, length)
             found = by_index(chunk, data[place.length :]) if place.indices else None
             return by_walking(chunk)[0] if found is None else found

@@ -1,27 +1,46 @@
-"""Mends a bag: what can be read goes into files that are whole, and metadata.yaml is made anew."""
+"""Mends a bag: what can be read goes into files that are whole; what is whole already is left as it is.
+
+Of a file that is written anew nothing is lost or relabelled that could be read: header, schemas and
+channels with their numbers and encodings, compression, metadata, attachments, and each message byte for
+byte. Then mcap's own reader has to find the same in it.
+"""
 
 from __future__ import annotations
 
 import errno
 import shutil
-from collections.abc import Callable
+import zlib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Metadata
+from mcap.records import Attachment, Header, Metadata
 
-from . import mcap_index, qos
+from . import qos, storage
+from .ahead import record
 from .errors import BagError
+from .index import Damage, FileIndex, Place
 from .mcap_file import MAGIC, McapFile
-from .mcap_index import ChunkReader, Damage, FileIndex
-from .messages import Messages, merged
-from .metadata import BagInformation, FileInformation, TopicInformation, write_metadata
-from .reader import mcap_files, record
+from .mcap_index import BROKEN, ChunkReader, unpacked_head
+from .messages import RECORD, Messages, merged
+from .metadata import (
+    NAME,
+    BagInformation,
+    FileInformation,
+    TopicInformation,
+    write_metadata,
+)
+from .metadata import (
+    Metadata as Description,
+)
+from .opening import PACKED, Opened, find, is_sqlite
 from .writer import RESERVE_NAME
 
 UNFINISHED, DAMAGED = ".part", ".damaged"
+Progress = Callable[[int, int], None]
 
 
 @dataclass
@@ -44,15 +63,13 @@ class Mended:
     kept: Path | None = None
 
 
-def mend(
-    path: Path, output: Path | None = None, progress: Callable[[int, int], None] = lambda *_: None
-) -> list[Mended]:
+def mend(path: Path, output: Path | None = None, progress: Progress = lambda *_: None) -> list[Mended]:
     """Mend a bag.
 
     Parameters
     ----------
     path : Path
-        The bag's folder, or one .mcap file of it.
+        The bag's folder, its metadata.yaml, or one of its files.
     output : Path, optional
         Where to write a whole copy; if not given the bag itself is mended. A file that has damage
         within, not only a missing end, is kept beside as `.mcap.damaged`.
@@ -62,15 +79,20 @@ def mend(
     Raises
     ------
     BagError
-        There is no bag, or nothing in it can be read, or `output` exists.
+        There is no bag, or nothing in it can be read, or `output` exists, or what was written could not
+        be read back.
     """
-    files = mcap_files(path)
-    found = [mcap_index.read(file) for file in files]
+    opened = find(path)
+    found = [storage.index(file) for file in opened.files]
     damages = [damage for index in found for damage in index.damages]
-    if damages and not any(index.channels for index in found) and not any(map(begins, files)):
+    for name, file, index in zip(opened.names, opened.files, found, strict=True):
+        if is_sqlite(file) and index.damages:
+            raise BagError(no_database(name, index.damages[0]))
+    if damages and not any(index.channels for index in found) and not any(map(begins, opened.files)):
         # It may be no bag at all: nothing is written, neither here nor beside it.
         raise BagError(f"{path} holds nothing that can be read: {damages[0]}")
-    folder = path if path.is_dir() else path.parent
+    whole_bag = not path.is_file() or path.name == NAME
+    folder = opened.folder
     if output is not None:
         if output.exists():
             raise BagError(f"{output} exists already; name another bag or remove it")
@@ -78,11 +100,15 @@ def mend(
         folder = output
     results, indices = [], []
     try:
-        for number, (file, index) in enumerate(zip(files, found, strict=True)):
-            target = folder / (f"{output.name}_{number}.mcap" if output is not None else file.name)
-            result, index = mend_file(file, index, target, progress)
+        for name, file, index in zip(opened.names, opened.files, found, strict=True):
+            result, index = mend_file(name, file, index, folder / name.name, progress)
             results.append(result)
             indices.append(index)
+        for missing in opened.missing:
+            lost = Damage(Path(missing), 0, "metadata.yaml lists this file, which is not there")
+            results.append(Mended(folder / Path(missing).name, lost=[lost]))
+        if whole_bag or output is not None:
+            describe(folder, opened, indices, any(r.lost or r.written_anew for r in results))
     except BaseException as problem:
         if output is not None:  # half a copy is none
             shutil.rmtree(output)
@@ -91,9 +117,15 @@ def mend(
         raise
     for leftover in (RESERVE_NAME, "metadata.yaml.part"):
         (folder / leftover).unlink(missing_ok=True)
-    if path.is_dir() or output is not None:
-        write_metadata(folder, information(indices))
     return results
+
+
+def no_database(name: Path, damage: Damage) -> str:
+    """Say what to do with a damaged database."""
+    return (
+        f"{name} is an sqlite3 database that is damaged, {damage.what}; mend it with"
+        f" sqlite3's own tool: sqlite3 {name} .recover | sqlite3 {name.stem}_mended.db3"
+    )
 
 
 def begins(file: Path) -> bool:
@@ -104,74 +136,123 @@ def begins(file: Path) -> bool:
 
 
 def mend_file(
-    file: Path, index: FileIndex, target: Path, progress: Callable[[int, int], None] = lambda *_: None
+    name: Path, file: Path, index: FileIndex, target: Path, progress: Progress = lambda *_: None
 ) -> tuple[Mended, FileIndex]:
-    """Mend one file, of which `index` is what could be found; `target` may be the file itself."""
+    """Mend one file; `name` is its own, `file` where it lies unpacked, `target` may be `name` itself."""
     result = Mended(target, expected=index.count if index.summed else None, lost=list(index.damages))
-    unfinished = target.with_name(target.name + UNFINISHED)
-    unfinished.unlink(missing_ok=True)
-    if file == target and not index.damages and sound(file, index, progress):
+    broken, counts = examined(file, index, progress)
+    if not index.damages and not broken and counts == index.counts:
+        if target != name:
+            shutil.copyfile(name, target)
         result.count = index.count
         return result, index
-    written = McapFile(unfinished)
+    if is_sqlite(file):
+        raise BagError(no_database(name, [*index.damages, *broken][0]))
+    unfinished = target.with_name(target.name.removesuffix(PACKED) + UNFINISHED)
+    unfinished.unlink(missing_ok=True)
+    written = McapFile(unfinished, **of_source(file, index))
     try:
-        copy(file, index, written, result, progress)
+        digest = copy(file, index, written, result, progress)
         written.finish()
+        if digest != read_back(unfinished):
+            raise BagError(f"{unfinished} does not hold what was written; {name} is left as it was")
+        if target.name.endswith(PACKED):
+            packed(unfinished)
     except BaseException:
         if not written.closed:
             written.abandon()
         unfinished.unlink(missing_ok=True)
         raise
     result.written_anew = True
-    if file == target and any(not is_end(d, file) for d in result.lost):
-        result.kept = file.with_name(file.name + DAMAGED)
-        file.replace(result.kept)
+    if name == target and any(not is_end(d, file) for d in result.lost):
+        result.kept = name.with_name(name.name + DAMAGED)
+        name.replace(result.kept)
     unfinished.replace(target)
-    found = mcap_index.read(target)
+    if target.name.endswith(PACKED):
+        result.count = written.count
+        index.counts, index.first, index.last = written.counts, written.first, written.last
+        return result, index
+    found = storage.index(target)
     result.count = found.count
     return result, found
 
 
-def sound(file: Path, index: FileIndex, progress: Callable[[int, int], None]) -> bool:
-    """Say whether each chunk can be read, and all together hold what the index says."""
-    reader = ChunkReader(file)
+def examined(file: Path, index: FileIndex, progress: Progress) -> tuple[list[Damage], dict[int, int]]:
+    """Read each chunk of a file; returns what can't be read, and the messages of each channel."""
+    reader = storage.reader(file)
     counts = dict.fromkeys(index.counts, 0)
+    broken = []
     size = file.stat().st_size
     try:
         for place in index.places:
-            progress(place.offset, size)
+            progress(min(place.offset, size), size)
             read = reader(place)
             if isinstance(read, Damage):
-                return False
+                broken.append(read)
+                continue
             for number, some in read.items():
                 counts[number] = counts.get(number, 0) + len(some)
     finally:
         reader.close()
-    return counts == index.counts
+    return broken, counts
 
 
-def copy(
-    file: Path, index: FileIndex, written: McapFile, result: Mended, progress: Callable[[int, int], None]
-) -> None:
-    """Copy all that can be read."""
-    for name, where in index.metadata.items():
+def of_source(file: Path, index: FileIndex) -> dict[str, Any]:
+    """Return what a file says of itself, and how its chunks are compressed, as McapFile takes it."""
+    with file.open("rb") as stream:
+        head = stream.read(4096)
+    told = {"profile": "ros2", "library": "flexsim"}
+    if head.startswith(MAGIC + bytes([Opcode.HEADER])):
+        try:
+            header = record(file, (len(MAGIC), RECORD.size + length_at(head, len(MAGIC))), Header)
+            told = {"profile": header.profile, "library": header.library}
+        except (BagError, *BROKEN):
+            pass
+    return told | {"compression": compression_of(file, index.places) if index.chunked or index.summed else ""}
+
+
+def length_at(data: bytes, at: int) -> int:
+    """Return the length of the record that begins here."""
+    _, length = RECORD.unpack_from(data, at)
+    return min(int(length), 1 << 20)
+
+
+def compression_of(file: Path, places: Iterable[Place]) -> str:
+    """Return how the first chunk is compressed."""
+    for place in places:
+        with file.open("rb") as stream:
+            stream.seek(place.offset)
+            data = stream.read(place.length)
+        try:
+            opcode, length = RECORD.unpack_from(data)
+            if opcode == Opcode.CHUNK:
+                return unpacked_head(data, 0, length)[4].decode()
+        except BROKEN:
+            continue
+        return ""
+    return "zstd"
+
+
+def copy(file: Path, index: FileIndex, written: McapFile, result: Mended, progress: Progress) -> int:
+    """Copy all that can be read; returns a checksum over all messages with all that belongs to them."""
+    for name, where in index.metadata:
         try:
             written.add_metadata(name, dict(record(file, where, Metadata).metadata))
         except BagError as problem:
             result.lost.append(Damage(file, where[0], f"the metadata {name}: {problem}"))
-    for name, where in index.attachments.items():
+    for name, where in index.attachments:
         try:
             found = record(file, where, Attachment)
-            written.add_attachment(name, found.media_type, found.data, found.log_time)
+            written.add_attachment(name, found.media_type, found.data, found.log_time, found.create_time)
         except BagError as problem:
             result.lost.append(Damage(file, where[0], f"the attachment {name}: {problem}"))
-    schemas = {n: written.add_schema(s.name, s.data) for n, s in index.schemas.items()}
-    channels = {
-        n: written.add_channel(c.topic, schemas.get(c.schema_id, 0), dict(c.metadata))
-        for n, c in index.channels.items()
-    }
+    for n, s in index.schemas.items():
+        written.add_schema(s.name, s.data, s.encoding, n)
+    for n, c in index.channels.items():
+        written.add_channel(c.topic, c.schema_id, dict(c.metadata), c.message_encoding, n)
     reader = ChunkReader(file)
     size = file.stat().st_size
+    digest = 0
     try:
         for place in index.places:
             progress(place.offset, size)
@@ -180,25 +261,53 @@ def copy(
                 result.lost.append(read)
                 continue
             for channel, data, log_time, publish_time, sequence in in_order(read):
-                if channel in channels:
-                    written.write(channels[channel], data, log_time, publish_time, sequence)
+                if channel in index.channels:
+                    written.write(channel, data, log_time, publish_time, sequence)
+                    head = f"{index.channels[channel].topic} {log_time} {publish_time} {sequence} "
+                    digest = zlib.crc32(data, zlib.crc32(head.encode("utf-8", "replace"), digest))
     finally:
         reader.close()
+    return digest
+
+
+def read_back(file: Path) -> int:
+    """Read a file by another reader, mcap's own, and return the same checksum; -1 where it can't."""
+    from mcap.reader import NonSeekingReader
+
+    digest = 0
+    try:
+        with file.open("rb") as stream:
+            reader = NonSeekingReader(stream, validate_crcs=True)
+            for _, channel, m in reader.iter_messages(log_time_order=False):
+                head = f"{channel.topic} {m.log_time} {m.publish_time} {m.sequence} "
+                digest = zlib.crc32(m.data, zlib.crc32(head.encode("utf-8", "replace"), digest))
+    except (McapError, *BROKEN):
+        return -1
+    return digest
+
+
+def packed(file: Path) -> None:
+    """Compress a file as a whole, as the one was that it replaces."""
+    import zstandard
+
+    target = file.with_name(file.name + PACKED)
+    try:
+        with file.open("rb") as source, target.open("wb") as into:
+            zstandard.ZstdCompressor().copy_stream(source, into)
+        target.replace(file)
+    except BaseException:
+        target.unlink(missing_ok=True)
+        raise
 
 
 def in_order(read: dict[int, Messages]) -> list[tuple[int, bytes, int, int, int]]:
     """Return a chunk's messages, of all channels, as they lie in it."""
     if not read:
         return []
-    number = np.concatenate([np.full(len(some), n) for n, some in read.items()])
-    start = np.concatenate([some.start for some in read.values()])
-    together: Messages | None = None
-    for some in read.values():
-        together = some if together is None else merged(together, some)
-    assert together is not None
+    together = merged(list(read.values()))
     return list(
         zip(
-            number[np.argsort(start, kind="stable")].tolist(),
+            together.channel.tolist(),
             together.data(),
             together.log_time.tolist(),
             together.publish_time.tolist(),
@@ -213,19 +322,44 @@ def is_end(damage: Damage, file: Path) -> bool:
     return damage.offset >= file.stat().st_size or "ends within" in damage.what
 
 
-def information(indices: list[FileIndex]) -> BagInformation:
+def describe(folder: Path, opened: Opened, indices: list[FileIndex], changed: bool) -> None:
+    """Write metadata.yaml where it is missing, can't be read or no longer fits; else leave it as it is."""
+    told = opened.metadata
+    there = opened.folder / NAME
+    if told is not None and not changed and fits(told, indices):
+        if folder != opened.folder:
+            shutil.copyfile(there, folder / NAME)
+        return
+    names = [name.name for name in opened.names]
+    write_metadata(
+        folder, information(indices, names), told, "sqlite3" if any(map(is_sqlite, opened.files)) else "mcap"
+    )
+
+
+def fits(told: Description, indices: list[FileIndex]) -> bool:
+    """Say whether a metadata.yaml says of its files what is in them."""
+    return len(told.files) == len(indices) and told.raw.get("message_count") == sum(i.count for i in indices)
+
+
+def information(indices: list[FileIndex], names: list[str]) -> BagInformation:
     """Return what metadata.yaml is to say."""
     topics: dict[str, TopicInformation] = {}
     for index in indices:
         for number, channel in index.channels.items():
             schema = index.schemas.get(channel.schema_id)
-            before = topics[channel.topic].count if channel.topic in topics else 0
+            before = topics.get(channel.topic)
             topics[channel.topic] = TopicInformation(
                 channel.topic,
-                schema.name if schema else "",
-                qos.from_yaml(channel.metadata.get("offered_qos_profiles", "")),
-                channel.metadata.get("topic_type_hash", ""),
-                before + index.counts.get(number, 0),
+                before.type if before else schema.name if schema else "",
+                before.profiles
+                if before
+                else qos.from_yaml(channel.metadata.get("offered_qos_profiles", "")),
+                before.hash if before else channel.metadata.get("topic_type_hash", ""),
+                (before.count if before else 0) + index.counts.get(number, 0),
+                before.encoding if before else channel.message_encoding,
             )
-    files = [FileInformation(i.path.name, i.first, i.last, i.count) for i in indices]
+    files = [
+        FileInformation(name, i.first or 0, i.last or 0, i.count)
+        for name, i in zip(names, indices, strict=True)
+    ]
     return BagInformation(list(topics.values()), files)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -24,6 +25,8 @@ RECORD = struct.Struct("<BQ")
 INDEX = struct.Struct("<HI")
 # CDR counts alignment from behind its four bytes of head.
 ALIGNED = 4
+# What each message has beside its place.
+OF_EACH = ("size", "log_time", "publish_time", "sequence", "channel")
 SECOND = 1_000_000_000
 
 
@@ -39,6 +42,8 @@ class Messages:
     log_time, publish_time : ndarray (K,), ns since the epoch
     sequence : ndarray (K,)
         The publisher's own count, modulo 2**32, or 0 where it is not known.
+    channel : ndarray (K,)
+        The number of each message's channel: in its file, or in its bag once that has given it out.
     """
 
     buffer: NDArray[np.uint8]
@@ -47,6 +52,7 @@ class Messages:
     log_time: NDArray[np.int64]
     publish_time: NDArray[np.int64]
     sequence: NDArray[np.int64]
+    channel: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.start)
@@ -59,9 +65,10 @@ class Messages:
             self.log_time[which],
             self.publish_time[which],
             self.sequence[which],
+            self.channel[which],
         )
 
-    @property
+    @cached_property
     def stride(self) -> int | None:
         """Bytes from each message to the next, where they are of one size and lie evenly; else None."""
         if len(self) < 2:
@@ -77,12 +84,24 @@ class Messages:
             step = -(-(ALIGNED + size) // 8) * 8
             buffer: NDArray[np.uint8] = np.empty(len(self) * step, dtype=np.uint8)
             rows = buffer.reshape(len(self), step)
-            rows[:, ALIGNED : ALIGNED + size] = window(self.buffer, self.start, size)
+            rows[:, ALIGNED : ALIGNED + size] = self.rows(size)
             start: NDArray[np.int64] = ALIGNED + step * np.arange(len(self), dtype=np.int64)
         else:
             buffer = np.frombuffer(b"".join(self.data()), dtype=np.uint8)
             start = np.cumsum(self.size) - self.size
-        return Messages(buffer, start, self.size, self.log_time, self.publish_time, self.sequence)
+        return self.moved(buffer, start)
+
+    def rows(self, size: int) -> NDArray[np.uint8]:
+        """Return the first `size` bytes of each: (K, size); raises IndexError beyond the buffer."""
+        stride = self.stride
+        if stride is None or int(self.start.min()) < 0 or int(self.start.max()) + size > len(self.buffer):
+            return window(self.buffer, self.start, size)
+        # Where they lie evenly, as mostly, they need not be picked one by one.
+        return np.ndarray((len(self), size), np.uint8, self.buffer.data, int(self.start[0]), (stride, 1))
+
+    def moved(self, buffer: NDArray[np.uint8], start: NDArray[np.int64]) -> Messages:
+        """Return the same messages elsewhere."""
+        return replace(self, buffer=buffer, start=start)
 
     def data(self) -> list[bytes]:
         """Return the CDR of each."""
@@ -123,15 +142,7 @@ class Gathered:
             return None
         if len(parts) == 1:
             return parts[0]
-        before = np.cumsum([0, *[len(part.buffer) for part in parts[:-1]]])
-        return Messages(
-            np.concatenate([part.buffer for part in parts]),
-            np.concatenate([part.start + at for part, at in zip(parts, before.tolist(), strict=True)]),
-            np.concatenate([part.size for part in parts]),
-            np.concatenate([part.log_time for part in parts]),
-            np.concatenate([part.publish_time for part in parts]),
-            np.concatenate([part.sequence for part in parts]),
-        )
+        return joined(parts)
 
 
 class Thinner:
@@ -164,25 +175,32 @@ class Thinner:
         return True
 
 
-def of_list(data: list[bytes]) -> Messages:
+def joined(parts: list[Messages]) -> Messages:
+    """Return messages of several buffers in one."""
+    before = np.cumsum([0, *[len(part.buffer) for part in parts[:-1]]]).tolist()
+    return Messages(
+        np.concatenate([part.buffer for part in parts]),
+        np.concatenate([part.start + at for part, at in zip(parts, before, strict=True)]),
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in OF_EACH),
+    )
+
+
+def of_list(data: list[bytes], channel: int = 0) -> Messages:
     """Return messages that came one by one; they bear no times."""
     size = np.fromiter(map(len, data), dtype=np.int64, count=len(data))
     none = np.zeros(len(data), dtype=np.int64)
     buffer = np.frombuffer(b"".join(data), dtype=np.uint8)
-    return Messages(buffer, np.cumsum(size) - size, size, none, none, none)
+    return Messages(buffer, np.cumsum(size) - size, size, none, none, none, none + channel)
 
 
-def merged(first: Messages, second: Messages) -> Messages:
+def merged(some: list[Messages]) -> Messages:
     """Join messages of one buffer, in the order in which they lie in it."""
-    order = np.argsort(np.concatenate([first.start, second.start]), kind="stable")
-    return Messages(
-        first.buffer,
-        np.concatenate([first.start, second.start])[order],
-        np.concatenate([first.size, second.size])[order],
-        np.concatenate([first.log_time, second.log_time])[order],
-        np.concatenate([first.publish_time, second.publish_time])[order],
-        np.concatenate([first.sequence, second.sequence])[order],
-    )
+    if len(some) == 1:
+        return some[0]
+    start = np.concatenate([one.start for one in some])
+    order = np.argsort(start, kind="stable")
+    each = (np.concatenate([getattr(one, name) for one in some])[order] for name in OF_EACH)
+    return Messages(some[0].buffer, start[order], *each)
 
 
 def window(buffer: NDArray[np.uint8], start: NDArray[np.int64], size: int) -> NDArray[np.uint8]:
@@ -210,6 +228,7 @@ def at_offsets(buffer: NDArray[np.uint8], offset: NDArray[np.int64], head: NDArr
         head["log_time"].astype(np.int64),
         head["publish_time"].astype(np.int64),
         head["sequence"].astype(np.int64),
+        head["channel"].astype(np.int64),
     )
 
 

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+import heapq
 import warnings
-from collections import deque
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack
-from dataclasses import dataclass, field
-from io import BytesIO
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
-from mcap.records import Attachment, Channel, Metadata, Schema
+from mcap.records import Attachment, Metadata
 from numpy.typing import NDArray
 
-from . import mcap_index, qos
-from .cdr import Decoder
+from . import opening, qos, storage
+from .ahead import ahead, has, needed, record
+from .cdr import Decoder, TopicDecoder
+from .channels import Kind, Topic, decoder_of, type_name
 from .errors import BagDamaged, BagError
-from .mcap_file import MAGIC
-from .mcap_index import ChunkReader, Damage, FileIndex, Place
-from .messages import RECORD, Messages, Thinner, merged
+from .index import Damage, FileIndex, Place
+from .joints import TYPE as JOINTS
+from .joints import JointDecoder, Names, sets_of
+from .layout import LIST
+from .messages import Messages, Thinner, merged
 from .table import Table, changing
 
 if TYPE_CHECKING:
@@ -31,44 +34,33 @@ if TYPE_CHECKING:
 
 # Chunks are read and unpacked ahead by other threads, which do that without Python's lock.
 THREADS = 2
-AHEAD = 6
 # What is decoded at once: enough to be quick, little enough for any memory.
 BATCH_MESSAGES = 4096
 BATCH_SIZE = 32 * 1024 * 1024
+LOOKED_AT = 200  # messages, among which every set of joints has told of itself
 SECONDS = 1e-9
 
 
-@dataclass
-class Topic:
-    """One topic of a bag."""
-
-    name: str
-    type: str
-    schema: str
-    profiles: list[qos.Qos]
-    hash: str
-    count: int = 0
-    channels: set[tuple[Path, int]] = field(default_factory=set)
-
-
 class Bag:
-    """A bag that was recorded by this program, rosbag2, or any other that writes ROS 2 MCAP.
+    """A bag that was recorded by this program, rosbag2, or any other that writes MCAP or rosbag2's sqlite3.
 
     Parameters
     ----------
     path : str or Path
-        The bag's folder, or one .mcap file.
+        The bag's folder, its metadata.yaml, or one of its files.
     robot : str
         Of several robots the one that is meant, by the name of its simulator; "": the first.
 
     Attributes
     ----------
     topics : dict of str to Topic
+    kinds : list of Kind
+        Channels of all files, those that are alike as one; messages name theirs by its number here.
+    files : list of Path, those that are read
     start, end : int, ns since the epoch
         First and last log time.
     damages : list of Damage
-        What can't be read, as far as is known; all else can be. What is found later, while
-        messages are read, is added, with a `BagDamaged` warning.
+        What can't be read; what is found while messages are read is added, with a `BagDamaged` warning.
 
     Raises
     ------
@@ -79,14 +71,28 @@ class Bag:
     def __init__(self, path: str | Path, robot: str = "") -> None:
         self.path = Path(path)
         self.robot = robot
-        self.files = mcap_files(self.path)
+        self.opened = opening.find(self.path)
+        if self.path.suffix in opening.DESCRIPTIONS and self.path.is_file():
+            self.path = self.opened.folder
+        self.files = self.opened.files
         self.topics: dict[str, Topic] = {}
+        self.kinds: list[Kind] = []
         self.start, self.end = 0, 0
         self.damages: list[Damage] = []
         self.indices: dict[Path, FileIndex] = {}
-        self._decoders: dict[str, Decoder] = {}
+        self._decoders: dict[str, TopicDecoder] = {}
+        self._given: dict[Path, dict[int, int]] = {}
+        self._numbered: dict[Kind, int] = {}
+        self._of_kind: dict[tuple[str, str, str, bytes], Decoder | BagError] = {}
         for file in self.files:
             self._open(file)
+        told = [index for index in self.indices.values() if index.first is not None]
+        self.start = min((i.first or 0 for i in told), default=0)
+        self.end = max((i.last or 0 for i in told), default=0)
+        for name in self.opened.missing:
+            self.damages.append(Damage(Path(name), 0, "metadata.yaml lists this file, which is not there"))
+        if self.opened.why_no_metadata:
+            self.damages.append(Damage(self.opened.folder / "metadata.yaml", 0, self.opened.why_no_metadata))
 
     @property
     def complete(self) -> bool:
@@ -101,7 +107,7 @@ class Bag:
     @property
     def size(self) -> int:
         """Bytes of the bag's files."""
-        return sum(file.stat().st_size for file in self.files)
+        return sum(file.stat().st_size for file in self.opened.names)
 
     @property
     def duration(self) -> float:
@@ -111,6 +117,12 @@ class Bag:
     def seconds(self, log_time: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return log times as seconds since the bag's start."""
         return np.asarray((log_time - self.start) * SECONDS, dtype=np.float64)
+
+    def needs_messages(self) -> None:
+        """Raise BagError where there are none, with the reason as far as it is known."""
+        if not self.count:
+            why = f": {self.damages[0]}" if self.damages else "" if self.topics else ", nor topics"
+            raise BagError(f"{self.path} holds no messages{why}")
 
     def topic(self, name: str) -> Topic:
         """Return a topic; raises BagError with the topics there are."""
@@ -156,23 +168,45 @@ class Bag:
         return t, values[field]
 
     def columns(
-        self, topic: str, fields: list[str], *, period: float = 0.0
+        self, topic: str, fields: list[str], *, period: float = 0.0, by_joint: bool = False
     ) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
         """Return several fields of a topic's messages, at most one message each `period`.
+
+        by_joint : of joint states those of one set of joints, in one order of them; see `joints`
 
         Returns
         -------
         log_time : ndarray (K,), ns since the epoch
         values : dict of field to ndarray (K,) or (K, n)
         """
-        table = self.table(topic, fields, period)
+        table = self.table(topic, fields, period, by_joint)
         for messages in self.read([topic], {topic: period}):
             table.add(messages[topic])
         return table.columns()
 
-    def table(self, topic: str, fields: list[str], period: float = 0.0) -> Table:
+    def table(self, topic: str, fields: list[str], period: float = 0.0, by_joint: bool = False) -> Table:
         """Return an empty table of some fields of a topic, for whoever reads several topics at once."""
-        return Table(topic, self.decoder(topic), fields, self.expected(topic, period), period)
+        named = by_joint and JOINTS in self.topic(topic).types
+        decoder = self.joints(topic) if named else self.decoder(topic)
+        return Table(topic, decoder, fields, self.expected(topic, period), period)
+
+    def joints(self, topic: str) -> JointDecoder | TopicDecoder:
+        """Return what decodes a topic's joint states by name: of several sets of joints the largest."""
+        decoder = self.decoder(topic)
+        sets: dict[Names, Names] = {}
+        seen = 0
+        with suppress(BagError):
+            for messages in self.read([topic]):
+                for names in sets_of(decoder, messages[topic]):
+                    sets.setdefault(tuple(sorted(names)), names)
+                seen += len(messages[topic])
+                if seen >= LOOKED_AT:
+                    break
+        if not sets:
+            return decoder
+        chosen = max(sets.values(), key=len)
+        others = [names for names in sets.values() if names is not chosen]
+        return JointDecoder(decoder, chosen, others, f"{self.path}: {topic}")
 
     def expected(self, topic: str, period: float) -> int:
         """Return about how many messages of a topic `columns` gives, by the index."""
@@ -228,7 +262,7 @@ class Bag:
             numbers = self._numbers(file, [topic])
             places = [p for p in self.indices[file].places if has(p, numbers)]
             with ExitStack() as stack:
-                reader = ChunkReader(file)
+                reader = storage.reader(file, self._compressed)
                 stack.callback(reader.close)
                 for place in reversed(places):
                     read = self._checked(reader(place))
@@ -253,15 +287,16 @@ class Bag:
         """
         import pyarrow
 
-        names = self.fields(topic) if fields is None else fields
+        names = [n for n in self.fields(topic) if LIST not in n] if fields is None else fields
         log, values = self.columns(topic, names)
         cells = {n: list(v) if v.ndim > 1 else v for n, v in values.items()}
         return pyarrow.table({"log_time": pyarrow.array(log, pyarrow.timestamp("ns")), **cells})
 
     def fields(self, topic: str) -> list[str]:
-        """Return the names of the fields of a topic's first message."""
-        first = next(self.messages(topic), None)
-        return [] if first is None else list(self.decoder(topic).layout(first[1]).places)
+        """Return the names of the fields of a topic's first message; `poses[].x` is x of all in a list."""
+        for messages in self.read([topic]):
+            return self.decoder(topic).fields(messages[topic])
+        return []
 
     def read(
         self,
@@ -285,45 +320,116 @@ class Bag:
                 numbers = self._numbers(file, wanted)
                 if not numbers:
                     continue
-                reader = ChunkReader(file)
+                reader = storage.reader(file, self._compressed)
                 stack.callback(reader.close)
                 places = needed(self.indices[file].places, numbers, keep)
                 for read in ahead(pool, reader, places):
-                    found: dict[str, Messages] = {}
+                    by_topic: dict[str, list[Messages]] = {}
                     for number, some in self._checked(read).items():
                         if number in numbers:
-                            name = numbers[number]
-                            some = keep[name](some)
-                            if len(some):
-                                found[name] = merged(found[name], some) if name in found else some
+                            by_topic.setdefault(numbers[number], []).append(
+                                self._given_out(file, number, some)
+                            )
+                    found = {name: keep[name](merged(some)) for name, some in by_topic.items()}
+                    found = {name: some for name, some in found.items() if len(some)}
                     if found:
                         yield found
+
+    def by_time(self, topics: list[str]) -> Iterator[tuple[int, str, int, bytes]]:
+        """Give log time, topic, channel and bytes of each message, in the order of their log times.
+
+        Chunks whose times overlap are held together, no more of them than do.
+        """
+        places: list[tuple[Place, Path]] = []
+        numbers = {file: self._numbers(file, topics) for file in self.files}
+        for file, mine in numbers.items():
+            places += [(p, file) for p in self.indices[file].places if mine and has(p, mine)]
+        places.sort(key=lambda place: place[0].first)
+        held: list[tuple[int, int, str, int, bytes]] = []
+        count = 0
+        with ExitStack() as stack:
+            pool = stack.enter_context(ThreadPoolExecutor(1))
+            readers = {file: storage.reader(file, self._compressed) for file in self.files if numbers[file]}
+            for reader in readers.values():
+                stack.callback(reader.close)
+            # One is read ahead, so that whoever plays need not wait for the disk.
+            coming = [pool.submit(readers[file], place) for place, file in places[:1]]
+            for k, (place, file) in enumerate(places):
+                read = self._checked(coming.pop().result())
+                if k + 1 < len(places):
+                    after, where = places[k + 1]
+                    coming.append(pool.submit(readers[where], after))
+                while held and held[0][0] < place.first:
+                    log_time, _, topic, channel, data = heapq.heappop(held)
+                    yield log_time, topic, channel, data
+                for number, some in read.items():
+                    if number not in numbers[file]:
+                        continue
+                    topic, channel = numbers[file][number], self._given[file][number]
+                    for log_time, data in zip(some.log_time.tolist(), some.data(), strict=True):
+                        # Those of one time stay in the order in which they lie.
+                        heapq.heappush(held, (log_time, count, topic, channel, data))
+                        count += 1
+            while held:
+                log_time, _, topic, channel, data = heapq.heappop(held)
+                yield log_time, topic, channel, data
 
     def attachment(self, name: str) -> bytes | None:
         """Return a file that was put into the bag; None where there is none of that name."""
         for file, index in self.indices.items():
-            if name in index.attachments:
-                return bytes(record(file, index.attachments[name], Attachment).data)
+            for found, place in index.attachments:
+                if found == name:
+                    return bytes(record(file, place, Attachment).data)
         return None
 
     def notes(self) -> dict[str, dict[str, str]]:
-        """Return the pairs of a key and a text that were put into the bag, by name."""
-        return {
-            name: dict(record(file, place, Metadata).metadata)
-            for file, index in self.indices.items()
-            for name, place in index.metadata.items()
-        }
+        """Return the pairs of a key and a text that were put into the bag, by name, as far as readable."""
+        found: dict[str, dict[str, str]] = {}
+        for file, index in self.indices.items():
+            for name, place in index.metadata:
+                with suppress(BagError):
+                    found[name] = dict(record(file, place, Metadata).metadata)
+        return found
 
     def attachments(self) -> list[str]:
         """Return the names of the files that were put into the bag."""
-        return sorted({name for index in self.indices.values() for name in index.attachments})
+        return sorted({name for index in self.indices.values() for name, _ in index.attachments})
 
-    def decoder(self, topic: str) -> Decoder:
-        """Return what decodes a topic."""
+    def decoder(self, topic: str) -> TopicDecoder:
+        """Return what decodes a topic, each message by its own channel.
+
+        Raises
+        ------
+        BagError
+            None of the topic's messages can be decoded: they are JSON, say, or their type is not described.
+        """
         if topic not in self._decoders:
-            found = self.topic(topic)
-            self._decoders[topic] = Decoder(found.type, found.schema)
+            kinds = {number: self.decoder_of(number) for number in self.topic(topic).numbers}
+            self._decoders[topic] = TopicDecoder(topic, kinds)
         return self._decoders[topic]
+
+    def why_not(self, topic: str) -> str:
+        """Say why a topic's messages can't be decoded; "" where all can be."""
+        why = [d for n in self.topic(topic).numbers if isinstance(d := self.decoder_of(n), BagError)]
+        return str(why[0]) if why else ""
+
+    def decoder_of(self, number: int) -> Decoder | BagError:
+        """Return what decodes a channel's messages, or why they can't be decoded."""
+        kind = self.kinds[number]
+        key = kind.type, kind.encoding, kind.schema_encoding, kind.schema
+        if key not in self._of_kind:
+            self._of_kind[key] = decoder_of(kind)
+        return self._of_kind[key]
+
+    @property
+    def _compressed(self) -> str:
+        """How each message is compressed by itself; ""."""
+        told = self.opened.metadata
+        return (told.compression_format.lower() or "zstd") if told is not None and told.per_message else ""
+
+    def _given_out(self, file: Path, number: int, some: Messages) -> Messages:
+        """Return messages with the number of their channel in the bag, not in the file."""
+        return replace(some, channel=np.full(len(some), self._given[file][number], np.int64))
 
     def _joined(self, topic: str, name: str, pieces: list[NDArray[Any]]) -> NDArray[Any]:
         if len({piece.shape[1:] for piece in pieces}) > 1:
@@ -343,93 +449,51 @@ class Bag:
         return read
 
     def _open(self, path: Path) -> None:
-        index = mcap_index.read(path)
-        nothing = index.damages and not (index.channels or index.places)
-        if nothing and len(self.files) == 1 and path.stat().st_size and not is_mcap(path):
-            raise BagError(f"{path} is not an MCAP file")
+        index = storage.index(path)
         self.indices[path] = index
         self.damages += index.damages
+        alike: Counter[Kind] = Counter()
         for channel in index.channels.values():
-            topic = self._open_topic(path, channel, index.schemas.get(channel.schema_id))
-            topic.count += index.counts.get(channel.id, 0)
-        if index.count:
-            self.start = min(self.start or index.first, index.first)
-            self.end = max(self.end, index.last)
-
-    def _open_topic(self, path: Path, channel: Channel, schema: Schema | None) -> Topic:
-        topic = self.topics.setdefault(
-            channel.topic,
-            Topic(
+            schema = index.schemas.get(channel.schema_id)
+            kind = Kind(
                 channel.topic,
-                schema.name if schema else "",
-                schema.data.decode("utf-8", "replace") if schema else "",
-                qos.from_yaml(channel.metadata.get("offered_qos_profiles", "")),
-                channel.metadata.get("topic_type_hash", ""),
-            ),
-        )
-        topic.channels.add((path, channel.id))
-        return topic
+                type_name(schema.name) if schema else "",
+                channel.message_encoding,
+                schema.encoding if schema else "",
+                schema.data if schema else b"",
+                tuple(sorted(channel.metadata.items())),
+                0,
+            )
+            alike[kind] += 1
+            kind = replace(kind, publisher=alike[kind] - 1)
+            if kind not in self._numbered:
+                self._numbered[kind] = len(self.kinds)
+                self.kinds.append(kind)
+            number = self._given.setdefault(path, {})[channel.id] = self._numbered[kind]
+            self._open_topic(path, channel.id, number, index.counts.get(channel.id, 0))
 
-
-def needed(places: list[Place], numbers: dict[int, str], keep: dict[str, Thinner]) -> Iterator[Place]:
-    """Give the chunks that hold wanted messages."""
-    for place in places:
-        inside = [t for n, t in numbers.items() if place.channels is None or n in place.channels]
-        if inside and sum(keep[topic].needs(place.last) for topic in inside):
-            yield place
-
-
-def has(place: Place, numbers: Mapping[int, str]) -> bool:
-    """Say whether a chunk may hold messages of these channels."""
-    return place.channels is None or not place.channels.isdisjoint(numbers)
-
-
-def ahead(
-    pool: ThreadPoolExecutor, reader: ChunkReader, places: Iterator[Place]
-) -> Iterator[dict[int, Messages] | Damage]:
-    """Give what lies at these places, in order, some being read while others are worked on."""
-    waiting: deque[Future[dict[int, Messages] | Damage]] = deque()
-    try:
-        for place in places:
-            waiting.append(pool.submit(reader, place))
-            if len(waiting) > AHEAD:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-    finally:
-        for future in waiting:
-            future.cancel()
-
-
-def record(file: Path, place: tuple[int, int], kind: Any) -> Any:
-    """Read a record that the index names; raises BagError where it is damaged."""
-    offset, length = place
-    with file.open("rb") as stream:
-        stream.seek(offset + RECORD.size)
-        body = stream.read(length - RECORD.size)
-    try:
-        return kind.read(ReadDataStream(BytesIO(body)))
-    except mcap_index.BROKEN as problem:
-        raise BagError(f"{file}, byte {offset}: a record can't be read: {problem}") from None
-
-
-def is_mcap(path: Path) -> bool:
-    """Say whether a file begins as MCAP files do."""
-    with path.open("rb") as file:
-        return file.read(len(MAGIC)) == MAGIC
-
-
-def mcap_files(path: Path) -> list[Path]:
-    """Return a bag's MCAP files; raises BagError where `path` is not a bag."""
-    if not path.exists():
-        raise BagError(f"{path} does not exist")
-    files = sorted(path.glob("*.mcap"), key=file_number) if path.is_dir() else [path]
-    if not files:
-        raise BagError(f"{path} is not a bag: it holds no .mcap file")
-    return files
-
-
-def file_number(path: Path) -> tuple[int, str]:
-    """Return a split file's number, so that run_10 comes behind run_9."""
-    last = path.stem.rpartition("_")[2]
-    return (int(last) if last.isdigit() else 0, path.name)
+    def _open_topic(self, path: Path, channel: int, number: int, count: int) -> None:
+        kind = self.kinds[number]
+        metadata = dict(kind.metadata)
+        profiles = qos.from_yaml(metadata.get("offered_qos_profiles", ""))
+        topic = self.topics.get(kind.topic)
+        if topic is None or (count and not topic.count):
+            # What its first messages are, not what a channel without any says.
+            before = topic
+            topic = self.topics[kind.topic] = Topic(
+                kind.topic,
+                kind.type,
+                kind.schema.decode("utf-8", "replace"),
+                kind.encoding,
+                profiles,
+                metadata.get("topic_type_hash", ""),
+            )
+            if before is not None:
+                topic.numbers, topic.channels = before.numbers, before.channels
+        topic.profiles += [profile for profile in profiles if profile not in topic.profiles]
+        topic.count += count
+        topic.channels.add((path, channel))
+        if number not in topic.numbers:
+            topic.numbers.append(number)
+        if kind.type not in topic.types:
+            topic.types.append(kind.type)

@@ -57,8 +57,8 @@ def robot_in(bag: Bag) -> Robot:
     notes = {node: told for node, told in bag.notes().items() if "scene" in told}
     scenes = scenes_in(bag)
     noted = {node for node, told in notes.items() if "elastic_rate" in told}
-    told = {node for node, one in scenes.items() if one.scene is None or one.scene.simulator == ROBOT}
-    nodes = [*(noted | (told - notes.keys()))]
+    ran = {node for node, one in scenes.items() if one.scene is None or one.scene.simulator == ROBOT}
+    nodes = [*(noted | (ran - notes.keys()))]
     nodes = nodes or [name.rpartition("/")[0] for name in names(bag, STATE)] or [""]
     found = [of_node(bag, node) for node in sorted(nodes)]
     meant = [r for r in found if r.node == f"/{bag.robot.strip('/')}"] if bag.robot else found
@@ -70,7 +70,8 @@ def robot_in(bag: Bag) -> Robot:
     if of_scene.scene is not None:
         parameters = dict(of_scene.scene.parameters)
     else:
-        parameters = {name: json.loads(value) for name, value in notes.get(chosen.node, {}).items()}
+        told = notes.get(chosen.node, {})
+        parameters = {name: value for name in told if (value := parameter(told, name)) is not None}
     theirs = {topic for r in found if r is not chosen for topic in (r.joints, r.state, r.layout)}
 
     def left(topics: list[str]) -> str | None:
@@ -87,6 +88,14 @@ def robot_in(bag: Bag) -> Robot:
         of_scene.why_not,
         tuple(r.node for r in found if r is not chosen),
     )
+
+
+def parameter(pairs: dict[str, str], name: str) -> Any:
+    """Return a parameter that a recorder noted; None where it is not there, or is not what it writes."""
+    try:
+        return json.loads(pairs.get(name, "null"))
+    except (ValueError, RecursionError):
+        return None
 
 
 def of_node(bag: Bag, node: str) -> Robot:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .cdr import Decoder
 from .errors import BagError
+from .joints import JointDecoder
 from .messages import Messages, Thinner
 
 
@@ -27,7 +28,7 @@ class Table:
     """
 
     def __init__(
-        self, topic: str, decoder: Decoder, fields: list[str], room: int, period: float = 0.0
+        self, topic: str, decoder: Decoder | JointDecoder, fields: list[str], room: int, period: float = 0.0
     ) -> None:
         self.topic, self.fields, self.period = topic, fields, period
         self._decoder = decoder
@@ -38,6 +39,8 @@ class Table:
 
     def add(self, messages: Messages) -> None:
         """Take up messages; raises BagError where their fields do not fit those before."""
+        if isinstance(self._decoder, JointDecoder):
+            messages = self._decoder.mine(messages)
         some = self._keep(messages)
         more = len(some)
         if not more:

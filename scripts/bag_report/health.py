@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
 
 from ..bag import Bag
+from ..bag.robot import parameter
 from ..figures.style import INK
 from ..health.examination import Examination
 from . import pictures
@@ -26,11 +26,8 @@ TOLD = {
 def deadline(bag: Bag) -> float | None:
     """Return the time that a tick may take, s, as far as the bag says."""
     for pairs in bag.notes().values():
-        try:
-            rate = float(json.loads(pairs.get("rate", "0")))
-        except (ValueError, TypeError):
-            continue
-        if rate > 0.0:
+        rate = parameter(pairs, "rate")
+        if isinstance(rate, float) and rate > 0.0:
             return 1.0 / rate
     return None
 

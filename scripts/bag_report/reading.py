@@ -66,7 +66,7 @@ class Reading:
         found = self.bag.topic(topic)
         period = self.bag.duration / MOST if found.count > MOST else 0.0
         stamps = STAMP if set(STAMP) <= set(self.bag.fields(topic)) else []
-        return self.bag.table(topic, [*fields, *stamps], period)
+        return self.bag.table(topic, [*fields, *stamps], period, by_joint=True)
 
     def _taker(self, topic: str, table: Table) -> Taker:
         def take(messages: Messages) -> None:

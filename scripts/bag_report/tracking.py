@@ -222,8 +222,7 @@ def trajectories(
     """Give receive time, joint names, stamp and points (time, positions, velocities) of each message."""
     decoder = bag.decoder(topic)
     for log, data in bag.messages(topic):
-        there = decoder.layout(data).places
-        count = sum(name.startswith("points[") and name.endswith("].positions") for name in there)
+        count = int(decoder.layout(data).counts["points[]"][0].sum())
         if not count:
             continue
         parts = ("positions", "velocities", "time_from_start.sec", "time_from_start.nanosec")

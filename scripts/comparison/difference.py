@@ -1,20 +1,14 @@
-"""How much two runs differ, field by field."""
+"""How much two runs differ, field by field, and what of them could not be compared."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bag import Bag, BagError
-from .aligned import SECOND, STAMPS, Columns, aligned
-
-# What says how the machine did, not what the robot did.
-OF_THE_MACHINE = {"diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log"}
+SECOND = 1_000_000_000
 
 
 @dataclass
@@ -23,7 +17,7 @@ class Difference:
 
     Attributes
     ----------
-    compared, only_first, only_second : times that both, or one of the runs, have
+    compared, only_first, only_second : messages that both, or one of the runs, have
     exact : whether every bit is the same
     largest : the greatest difference, in the field's unit
     at : s, its time
@@ -31,6 +25,7 @@ class Difference:
     rms : root of the mean square of all differences
     size : the greatest absolute value of the first run
     since : s, the first time that differs; nan: none does
+    why : what differs, where it is not a value: "length", "only in A"
     """
 
     name: str
@@ -43,6 +38,7 @@ class Difference:
     component: int = 0
     size: float = 0.0
     since: float = np.nan
+    why: str = ""
     squares: float = 0.0
     numbers: int = 0  # that were compared and are measures
 
@@ -54,129 +50,171 @@ class Difference:
     @property
     def relative(self) -> float:
         """The greatest difference as a part of the greatest value."""
-        return self.largest / self.size if self.size else (0.0 if self.exact else np.inf)
+        if self.exact:
+            return 0.0
+        if self.why or not self.numbers:
+            return np.inf
+        return self.largest / self.size if self.size else np.inf
 
     def add(self, time: NDArray[np.int64], first: NDArray[Any], second: NDArray[Any]) -> None:
-        """Take up some values (K, ...) of both runs."""
+        """Take up some numbers (K, ...) of both runs."""
         self.compared += len(time)
         if not len(time):
             return
-        if first.dtype == object:
-            self._note(time, same_words(first.tolist(), second.tolist()))
-            return
         a, b = (v if v.ndim == 2 else v.reshape(len(time), -1) for v in (first, second))
         if a.shape != b.shape:
-            self.exact = False
-            self.largest = np.inf
-            self.since = min(self.since, time[0] / SECOND) if self.since == self.since else time[0] / SECOND
+            self.differs(time, "length")
+            return
+        if a.dtype != b.dtype:
+            self.differs(time, f"{a.dtype} and {b.dtype}")
             return
         alike = bits(a) == bits(b)
         same = alike.all(axis=1)
-        self._note(time, same)
+        self.note(time, same)
         if a.dtype.kind != "f":  # counts, flags and bytes are the same or not
             return
-        self.numbers += a.size
-        if a.size:
-            self.size = max(self.size, float(a.max()), -float(a.min()))
+        self.measures(a)
         if same.all():
             return
-        off = np.abs(b.astype(np.float64) - a.astype(np.float64))
-        # What is not a number differs without end, unless its bits are the same.
-        off = np.where(alike, 0.0, off)
-        off = np.where(np.isnan(off), np.inf, off)
-        self.squares += float((off**2).sum())
+        with np.errstate(invalid="ignore", over="ignore"):
+            off = np.abs(b.astype(np.float64, copy=False) - a.astype(np.float64, copy=False))
+            # What is not a number differs without end, unless its bits are the same.
+            off = np.where(alike, 0.0, off)
+            off = np.where(np.isnan(off), np.inf, off)
+            self.squares += float((off**2).sum())
         worst = int(off.argmax())
         if off.flat[worst] > self.largest:
             self.largest = float(off.flat[worst])
             row, self.component = divmod(worst, a.shape[1])
             self.at = time[row] / SECOND
 
-    def _note(self, time: NDArray[np.int64], same: NDArray[np.bool_]) -> None:
+    def measures(self, values: NDArray[Any]) -> None:
+        """Take up how large the first run's numbers are."""
+        self.numbers += values.size
+        if values.size:
+            self.size = max(self.size, greatest(values))
+
+    def note(self, time: NDArray[np.int64], same: NDArray[np.bool_]) -> None:
+        """Note which messages are the same."""
         if not same.all():
             self.exact = False
-            if self.since != self.since:
-                self.since = time[int(np.argmin(same))] / SECOND
+            self.since = np.fmin(self.since, time[int(np.argmin(same))] / SECOND)
+
+    def differs(self, time: NDArray[np.int64], why: str) -> None:
+        """Note that the messages differ in what is no value."""
+        if len(time):
+            self.exact, self.why = False, self.why or why
+            self.since = np.fmin(self.since, time[0] / SECOND)
+
+
+@dataclass
+class Compared:
+    """What came of a topic.
+
+    Attributes
+    ----------
+    by : how its messages were paired
+    pairs, only_first, only_second : messages that both, or one of the runs, have
+    moved : messages that came in another order, and were not compared
+    crossed : messages that came in another order among those of other joints, and were compared
+    fields : by name
+    """
+
+    topic: str
+    by: str
+    pairs: int = 0
+    only_first: int = 0
+    only_second: int = 0
+    moved: int = 0
+    crossed: int = 0
+    fields: dict[str, Difference] = field(default_factory=dict)
+
+    def of(self, name: str) -> Difference:
+        """Return what gathers the differences of a field."""
+        if name not in self.fields:
+            said = f"{self.topic} {name}" if name else self.topic
+            self.fields[name] = Difference(said, 0, self.only_first, self.only_second)
+        return self.fields[name]
+
+    def told(self) -> list[Difference]:
+        """Return what is worth telling: what is no measure and the same says nothing beside others."""
+        measures = [d for d in self.fields.values() if d.numbers or not d.exact]
+        some = measures or [*self.fields.values()][:1]
+        return some or [Difference(self.topic, self.pairs, self.only_first, self.only_second)]
+
+
+@dataclass
+class Comparison:
+    """What came of comparing two runs.
+
+    Attributes
+    ----------
+    topics : what was compared, by topic
+    not_compared : why something could not be, by what it is
+    left_out : what was not to be compared, with the reason
+    """
+
+    topics: dict[str, Compared] = field(default_factory=dict)
+    not_compared: dict[str, str] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def differences(self) -> list[Difference]:
+        """All that is worth telling."""
+        return [difference for topic in self.topics.values() for difference in topic.told()]
+
+    @property
+    def pairs(self) -> int:
+        """Messages that were compared."""
+        return sum(topic.pairs for topic in self.topics.values())
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that either run holds was compared, in its order."""
+        return not self.not_compared and not any(
+            t.only_first or t.only_second or t.moved for t in self.topics.values()
+        )
+
+    @property
+    def alike(self) -> bool:
+        """Whether all that was compared is the same to the bit, and something was."""
+        return self.pairs > 0 and all(d.exact for t in self.topics.values() for d in t.fields.values())
+
+    @property
+    def exact(self) -> bool:
+        """Whether the runs are the same to the bit."""
+        return self.alike and self.complete and not any(t.crossed for t in self.topics.values())
+
+    @property
+    def since(self) -> float | None:
+        """The first time that differs, s; None where none does."""
+        times = [d.since for t in self.topics.values() for d in t.fields.values() if d.since == d.since]
+        return min(times, default=None)
+
+    def gaps(self) -> list[str]:
+        """Say what keeps the runs from being the same though no value differs."""
+        said = []
+        for t in self.topics.values():
+            if t.only_first:
+                said.append(f"{t.topic}: {t.only_first} messages are in A only")
+            if t.only_second:
+                said.append(f"{t.topic}: {t.only_second} messages are in B only")
+            if t.moved:
+                said.append(f"{t.topic}: {t.moved} messages came in another order and were not compared")
+            if t.crossed:
+                said.append(f"{t.topic}: {t.crossed} messages came before or after others than in A")
+        return said + [f"{what}: not compared, {why}" for what, why in self.not_compared.items()]
+
+
+def greatest(values: NDArray[Any]) -> float:
+    """Return the greatest absolute value of those that are finite."""
+    high, low = float(values.max()), float(values.min())
+    if not (np.isfinite(high) and np.isfinite(low)):
+        finite = values[np.isfinite(values)]
+        high, low = (float(finite.max()), float(finite.min())) if finite.size else (0.0, 0.0)
+    return max(high, -low)
 
 
 def bits(values: NDArray[Any]) -> NDArray[Any]:
     """Return numbers as whole numbers of their bits, of the same shape."""
     return values.view(f"u{values.dtype.itemsize}")
-
-
-def same_words(first: list[Any], second: list[Any]) -> NDArray[np.bool_]:
-    """Say which words, or lists of words, are the same."""
-    # Most messages share their words, which are then one object.
-    if first.count(first[0]) == len(first) and second.count(second[0]) == len(second):
-        return np.full(len(first), first[0] == second[0])
-    return np.array([a == b for a, b in zip(first, second, strict=True)])
-
-
-def differences(
-    first: Bag,
-    second: Bag,
-    topics: tuple[str, ...] = (),
-    progress: Callable[[str, float], None] = lambda *_: None,
-) -> list[Difference]:
-    """Compare two bags: each field of each topic that both have, message by message of equal stamp.
-
-    progress : callable
-        Called with the topic and the time, s, up to which it was compared.
-
-    Raises
-    ------
-    BagError
-        They have nothing in common that bears a stamp.
-    """
-    both = [
-        t.name
-        for t in first.topics.values()
-        if t.count
-        and t.name in second.topics
-        and second.topics[t.name].count
-        and second.topics[t.name].type == t.type
-        and t.type not in OF_THE_MACHINE
-        and (not topics or t.name in topics)
-    ]
-    for name in topics:
-        first.topic(name), second.topic(name)
-    compared: dict[str, tuple[list[str], list[str]]] = {}
-    for name in sorted(both):
-        fields = first.fields(name)
-        stamp = next((s for s in STAMPS if set(s) <= set(fields)), None)
-        if stamp is not None:
-            compared[name] = [f for f in fields if f not in stamp], stamp
-    if not compared:
-        raise BagError(f"{first.path} and {second.path} have no topic in common that bears stamps")
-    found = {name: of_fields(name, fields) for name, (fields, _) in compared.items()}
-    for name, piece in aligned(first, second, compared):
-        if piece is None:
-            found[name] = of_fields(name, compared[name][0])
-            continue
-        if len(piece.time):
-            progress(name, piece.time[-1] / SECOND)
-        for field, difference in found[name].items():
-            difference.only_first += piece.only_first
-            difference.only_second += piece.only_second
-            if field and len(piece.time):
-                difference.add(piece.time, piece.first[field], piece.second[field])
-            else:
-                difference.compared += len(piece.time)
-    return [difference for name in compared for difference in told(found[name])]
-
-
-def of_fields(topic: str, fields: list[str]) -> dict[str, Difference]:
-    """Return what gathers the differences of each field of a topic."""
-    return {f: Difference(f"{topic} {f}") for f in fields} or {"": Difference(topic)}
-
-
-def told(found: dict[str, Difference]) -> list[Difference]:
-    """Return what is worth telling of a topic."""
-    # What is no measure and the same in both says nothing, if there is more to say.
-    measures = [d for d in found.values() if d.numbers or not d.exact]
-    return measures or [*found.values()][:1]
-
-
-def arrays_of(path: Path) -> Columns:
-    """Return the arrays of a run that `flexsim simulate --save` wrote."""
-    with np.load(path, allow_pickle=False) as saved:
-        return {name: saved[name] for name in saved.files}

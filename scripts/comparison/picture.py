@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..figures.style import LINES, styled
-from .aligned import SECOND
+from .difference import SECOND
 from .saved_run import SavedRun, read
 
 # What is the same is drawn here, since zero has no logarithm.

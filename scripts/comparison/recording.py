@@ -16,7 +16,7 @@ from ..rerun_view.robot import RobotView
 from ..rerun_view.robot_bag import LAYOUT, skeleton, topics
 from ..rerun_view.tube import Skeleton
 from ..rerun_view.window import window
-from .aligned import SECOND
+from .difference import SECOND
 from .picture import tip
 from .saved_run import SavedRun, read
 

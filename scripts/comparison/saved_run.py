@@ -6,14 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import Bag, BagError
 from ..bag.robot import robot_in
-from .aligned import SECOND, STAMPS
-from .difference import Difference, arrays_of, differences
+from . import pairing
+from .bags import compare_bags
+from .difference import SECOND, Compared, Comparison
+from .pairing import STAMPS
 
 JOINTS = "sensor_msgs/msg/JointState"
 STATE = "flexsim_msgs/msg/ElasticState"
@@ -58,32 +61,42 @@ def compared(
     first: Path,
     second: Path,
     topics: tuple[str, ...],
-    progress: Callable[[str, float], None] = lambda *_: None,
+    without: tuple[str, ...] = (),
+    align: str = pairing.STAMP,
+    offset: float = 0.0,
+    progress: Callable[[str], None] = lambda _: None,
     robot: str = "",
-) -> tuple[list[Difference], tuple[Path, Path]]:
-    """Compare two runs; returns the differences, and what is to be shown."""
+) -> Comparison:
+    """Compare two runs."""
     if not (is_saved(first) or is_saved(second)):
-        return differences(Bag(first), Bag(second), topics, progress), (first, second)
-    if topics:
-        raise BagError("topics can be chosen where both runs are bags")
-    a, b = read(first, None, robot), read(second, None, robot)
-    found = []
-    for name in PLACES:
-        if name in a.values and name in b.values:
-            difference = Difference(name)
-            common, i, j = np.intersect1d(a.time[name], b.time[name], return_indices=True)
-            difference.only_first = len(a.time[name]) - len(common)
-            difference.only_second = len(b.time[name]) - len(common)
-            x, y = a.values[name][i], b.values[name][j]
-            difference.add(common, x.reshape(len(common), -1), y.reshape(len(common), -1))
-            found.append(difference)
-    if not any(d.compared for d in found):
-        raise BagError(f"{first} and {second} have no times in common")
-    return found, (first, second)
+        return compare_bags(Bag(first), Bag(second), topics, without, align, offset, progress)
+    if topics or without or align != pairing.STAMP:
+        raise BagError("topics, and what aligns them, can be chosen where both runs are bags")
+    a, b = (read(path, None, robot, every=True) for path in (first, second))
+    found = Comparison()
+    for name in dict.fromkeys([*a.values, *b.values]):
+        if name not in a.values or name not in b.values:
+            found.not_compared[name] = f"{first if name in b.values else second} does not hold it"
+            continue
+        i, j = pairing.equal(a.time[name], b.time[name] + round(offset * SECOND))
+        rising = pairing.longest_rising(j)
+        moved, i, j = len(j) - len(rising), i[rising], j[rising]
+        if not len(i):
+            found.not_compared[name] = "no time in common"
+            continue
+        only = len(a.time[name]) - len(i), len(b.time[name]) - len(j)
+        topic = found.topics[name] = Compared(name, pairing.STAMP, len(i), *only, moved)
+        x, y = a.values[name][i], b.values[name][j]
+        topic.of("").add(a.time[name][i], x.reshape(len(i), -1), y.reshape(len(j), -1))
+    if a.joint_names and b.joint_names and a.joint_names != b.joint_names:
+        found.not_compared["joints"] = f"{', '.join(a.joint_names)} in A, {', '.join(b.joint_names)} in B"
+    return found
 
 
-def read(path: Path, most: int | None = MOST, robot: str = "") -> SavedRun:
+def read(path: Path, most: int | None = MOST, robot: str = "", every: bool = False) -> SavedRun:
     """Read a run of a bag's robot; where it has more than `most` times, about so many of them.
+
+    every : whether times that come again, as after a reset, are kept; else each is taken once, rising
 
     Raises
     ------
@@ -104,9 +117,11 @@ def read(path: Path, most: int | None = MOST, robot: str = "") -> SavedRun:
         count = bag.topic(topic).count
         period = bag.duration / most if most and count > most else 0.0
         more = ["name"] if kind == JOINTS else []
-        _, columns = bag.columns(topic, [*quantities.values(), *more, *STAMPS[0]], period=period)
+        _, columns = bag.columns(
+            topic, [*quantities.values(), *more, *STAMPS[0]], period=period, by_joint=True
+        )
         stamp = columns[STAMPS[0][0]].astype(np.int64) * SECOND + columns[STAMPS[0][1]]
-        unique, first = np.unique(stamp, return_index=True)
+        unique, first = (stamp, np.arange(len(stamp))) if every else np.unique(stamp, return_index=True)
         for quantity, field in quantities.items():
             time[quantity] = unique
             values[quantity] = columns[field][first]
@@ -126,3 +141,14 @@ def from_arrays(path: Path, arrays: dict[str, NDArray[Any]], most: int | None) -
     time = np.maximum(time, FIRST)
     values = {n: arrays[n].reshape(len(arrays["time"]), -1)[::stride] for n in PLACES if n in arrays}
     return SavedRun(tuple(map(str, arrays["joint_names"])), dict.fromkeys(values, time), values)
+
+
+def arrays_of(path: Path) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a run that `flexsim simulate --save` wrote; raises BagError where it is none."""
+    try:
+        with np.load(path, allow_pickle=False) as saved:
+            return {name: saved[name] for name in saved.files}
+    except (ValueError, EOFError, KeyError, BadZipFile) as problem:
+        raise BagError(
+            f"{path} can't be read as a run that flexsim simulate --save wrote: {problem}"
+        ) from None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..bag import Bag, BagError
 from ..bag.diagnostics import TYPE as DIAGNOSTICS
 from ..bag.diagnostics import statuses
+from ..bag.joints import JointDecoder
 from ..bag.messages import Messages
 from ..bag.robot import robot_in
 from .energy import Gain, gains
@@ -113,13 +114,15 @@ class JointWork:
     """Collects what the joints did: position and effort by simulated time."""
 
     def __init__(self, bag: Bag, topic: str) -> None:
-        self._decoder = bag.decoder(topic)
+        self._decoder = bag.joints(topic)
         self._parts: list[dict[str, NDArray[Any]]] = []
 
     def add(self, messages: Messages) -> None:
         """Take up joint states."""
         with suppress(BagError):  # joints that come and go: their work is not known
-            self._parts.append(self._decoder.columns(messages, MOTION))
+            some = self._decoder.mine(messages) if isinstance(self._decoder, JointDecoder) else messages
+            if len(some):
+                self._parts.append(self._decoder.columns(some, MOTION))
 
     def gains(self, said: Said) -> tuple[list[Gain], int]:
         """Return energy that nothing accounts for, and how many reports could be checked."""

@@ -25,6 +25,8 @@ REGULAR = 3.0
 JUMP = 0.5
 # Counts and stamps that step back more often than this are those of several publishers on one topic.
 SEVERAL = 0.05
+# A count that begins anew more often is none.
+MOST_RUNS = 1000
 CLOCK = ("clock.sec", "clock.nanosec")
 HEADER = ("header.stamp.sec", "header.stamp.nanosec")
 
@@ -104,7 +106,7 @@ class Times:
     def __init__(self, bag: Bag, topic: str) -> None:
         self.bag = bag
         self.topic = topic
-        self._decoder = bag.decoder(topic)
+        self._decoder = None if bag.why_not(topic) else bag.decoder(topic)
         self._fields: tuple[str, str] | None = None
         self._looked = False
         self._log: list[NDArray[np.int64]] = []
@@ -120,11 +122,11 @@ class Times:
         if not self._looked and len(messages):
             self._looked = True
             try:
-                places = set(self._decoder.layout(messages[:1].data()[0]).places)
+                places = set(self._decoder.fields(messages)) if self._decoder is not None else set()
             except BagError:
                 places = set()
             self._fields = next((f for f in (HEADER, CLOCK) if set(f) <= places), None)
-        if self._fields is not None:
+        if self._fields is not None and self._decoder is not None:
             try:
                 columns = self._decoder.columns(messages, [*self._fields])
             except BagError:  # not what its definition says: then its stamps are not known
@@ -133,8 +135,15 @@ class Times:
             sec, nanosec = (columns[name].astype(np.int64) for name in self._fields)
             self._stamp.append(sec * SECOND + nanosec)
 
-    def timing(self) -> Timing:
-        """Return what is known at the end."""
+    def counts(self) -> NDArray[np.int64]:
+        """Return the publisher's count of each message."""
+        return np.concatenate(self._sequence) if self._sequence else np.empty(0, np.int64)
+
+    def timing(self, counted_together: bool = False) -> Timing:
+        """Return what is known at the end.
+
+        counted_together : whether the counts are those of all topics together, so that they tell no loss
+        """
         found = Timing(self.topic)
         if not self._log:
             return found
@@ -143,7 +152,7 @@ class Times:
         found.backwards = int(np.sum(np.diff(log) < 0))
         sequence = np.concatenate(self._sequence)
         seconds = self.bag.seconds(log)
-        if counted(sequence):
+        if not counted_together and counted(sequence):
             found.losses = losses(seconds, sequence)
             found.lost = sum(loss.count for loss in found.losses)
         if (publish != log).any() and (publish > 0).all():
@@ -247,7 +256,7 @@ def timings(
     progress : callable
         Called with the number of messages read so far.
     """
-    times = {name: Times(bag, name) for name, topic in bag.topics.items() if topic.schema}
+    times = {name: Times(bag, name) for name in bag.topics}
     read = 0
     for messages in bag.read([*times]):
         for name, some in messages.items():
@@ -256,4 +265,22 @@ def timings(
                 taker(some)
             read += len(some)
         progress(read)
-    return {name: found.timing() for name, found in times.items()}
+    whole = one_counter([found.counts() for found in times.values()])
+    return {name: found.timing(whole) for name, found in times.items()}
+
+
+def one_counter(sequences: list[NDArray[np.int64]]) -> bool:
+    """Say whether one count went over all topics, as converters have it: then no count tells a loss.
+
+    It may begin anew, as in each file of a split bag; then the n-th runs of all topics go together.
+    """
+    runs = [(s, np.flatnonzero(np.diff(s) <= 0) + 1) for s in sequences if len(s)]
+    if len(runs) < 2 or any(len(begins) >= MOST_RUNS for _, begins in runs):
+        return False
+    parts = [np.split(s, begins) for s, begins in runs]
+    for n in range(max(map(len, parts))):
+        together = np.concatenate([part[n] for part in parts if n < len(part)])
+        apart = np.unique(together)
+        if len(apart) != len(together) or int(apart[-1] - apart[0]) + 1 != len(apart):
+            return False
+    return True

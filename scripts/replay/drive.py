@@ -105,7 +105,7 @@ def read_drive(bag: Bag, topic: str | None = None) -> Drive:
         what the torque was.
     """
     name = joint_topic(bag) if topic is None else topic
-    _, columns = bag.columns(name, ["name", "effort", *STAMP])
+    _, columns = bag.columns(name, ["name", "effort", *STAMP], by_joint=True)
     time, first = np.unique(stamps(columns), return_index=True)
     time = np.where(time == FIRST, 0, time)
     effort = columns["effort"][first]

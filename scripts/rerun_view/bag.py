@@ -62,6 +62,7 @@ def show(
     BagError
         The bag holds nothing that has a view.
     """
+    bag.needs_messages()
     robots, doors = robot_bag.topics(bag), door_bag.topics(bag)
     if not (robots or doors):
         raise BagError(f"{bag.path} holds neither elastic states nor joint states, nor a door, to show")

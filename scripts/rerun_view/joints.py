@@ -25,14 +25,17 @@ class JointPlots:
     ----------
     recording : rerun.RecordingStream
     names : list of m str
+    group : int
+        Of several sets of joints that are plotted together, which one.
     """
 
-    def __init__(self, recording: rr.RecordingStream, names: list[str]) -> None:
+    def __init__(self, recording: rr.RecordingStream, names: list[str], group: int = 0) -> None:
         self.recording = recording
         self.names = names
+        self.places = {q: f"joints/{q}/{group + 1}" if group else f"joints/{q}" for q in QUANTITIES}
         for quantity in QUANTITIES:
             recording.log(
-                f"joints/{quantity}",
+                self.places[quantity],
                 rr.SeriesLines(
                     names=names,
                     colors=series(len(names)),
@@ -50,7 +53,7 @@ class JointPlots:
             if rows.ndim != 2 or rows.shape[1] != len(self.names) or not len(rows):
                 continue
             self.recording.send_columns(
-                f"joints/{quantity}",
+                self.places[quantity],
                 indexes=indexes,
                 columns=rr.Scalars.columns(scalars=rows.ravel()).partition([rows.shape[1]] * len(rows)),
             )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 
 import numpy as np
@@ -13,8 +12,9 @@ from numpy.typing import NDArray
 from ..bag import Bag, BagError
 from ..bag.diagnostics import TYPE as DIAGNOSTICS
 from ..bag.diagnostics import statuses
+from ..bag.joints import JointDecoder, sets_of
 from ..bag.messages import Gathered, Messages, Thinner
-from ..bag.robot import robot_in
+from ..bag.robot import parameter, robot_in
 from . import robot
 from .health import HealthPlots
 from .joints import QUANTITIES, JointPlots
@@ -95,11 +95,11 @@ class RobotConversion:
         self.state, self.joints = found.get(STATE), found.get(JOINTS)
         self.diagnostics = found.get(DIAGNOSTICS)
         self.reach = np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]])
-        self._plots: JointPlots | None = None
+        self._plots: dict[tuple[str, ...], JointPlots] = {}
         self._health = HealthPlots(recording, self._deadline())
         self._frames: list[tuple[NDArray, dict[str, NDArray]]] = []
         self._tips: list[tuple[NDArray, dict[str, NDArray]]] = []
-        self._joint_rows: list[tuple[NDArray, dict[str, NDArray]]] = []
+        self._joint_rows: dict[tuple[str, ...], list[tuple[NDArray, dict[str, NDArray]]]] = {}
         self._waiting: dict[str, int] = {}
         self._states_read, self._joints_read = Gathered(DECODED), Gathered(DECODED)
         self._diagnostics_read = Gathered(SAID)
@@ -112,9 +112,9 @@ class RobotConversion:
     def _deadline(self) -> float | None:
         """Return the time that a tick may take, s, as far as the bag says."""
         for pairs in self.bag.notes().values():
-            if "rate" in pairs:
-                rate = json.loads(pairs["rate"])
-                return 1.0 / rate if isinstance(rate, float) and rate > 0.0 else None
+            rate = parameter(pairs, "rate")
+            if isinstance(rate, float):
+                return 1.0 / rate if rate > 0.0 else None
         return None
 
     def _prepare(self, found: Skeleton, rate: float) -> None:
@@ -180,11 +180,19 @@ class RobotConversion:
     def _take_joints(self, messages: Messages) -> None:
         assert self.joints is not None
         decoder = self.bag.decoder(self.joints)
-        if self._plots is None:
-            names = decoder.columns(messages[:1], ["name"])["name"][0]
-            self._plots = JointPlots(self.recording, list(names))
-        columns = decoder.columns(messages, [*QUANTITIES])
-        self._joint_rows.append((self.bag.seconds(messages.log_time), columns))
+        for names in sets_of(decoder, messages):
+            # Each set of joints has its plots: an arm's and a gripper's may share a topic.
+            names = next((known for known in self._plots if sorted(known) == sorted(names)), names)
+            if names not in self._plots:
+                self._plots[names] = JointPlots(self.recording, list(names), len(self._plots))
+            own = JointDecoder(decoder, names, [], "")
+            mine = own.mine(messages)
+            columns = own.columns(mine, [*QUANTITIES])
+            rows = self._joint_rows.setdefault(names, [])
+            if rows and any(columns[q].shape[1:] != rows[-1][1][q].shape[1:] for q in QUANTITIES):
+                self._log_joints()  # a driver may leave out a quantity for a while
+                rows = self._joint_rows.setdefault(names, [])
+            rows.append((self.bag.seconds(mine.log_time), columns))
         if self._full("joints", len(messages), TOGETHER):
             self._log_joints()
 
@@ -237,14 +245,16 @@ class RobotConversion:
         self._count("robot/deformed", len(time))
 
     def _log_joints(self) -> None:
-        if not self._joint_rows:
-            return
-        assert self._plots is not None
-        time, columns = joined(self._joint_rows, [*QUANTITIES])
-        self._joint_rows = []
-        self._plots.log([rr.TimeColumn(robot.TIMELINE, duration=time)], columns)
-        for quantity in QUANTITIES:
-            self._count(f"joints/{quantity}", len(time))
+        for names, rows in self._joint_rows.items():
+            if not rows:
+                continue
+            time, columns = joined(rows, [*QUANTITIES])
+            plots = self._plots[names]
+            plots.log([rr.TimeColumn(robot.TIMELINE, duration=time)], columns)
+            for quantity, place in plots.places.items():
+                if columns[quantity].shape[1:] == (len(names),):
+                    self._count(place, len(time))
+        self._joint_rows = {}
 
     def _count(self, entity: str, rows: int) -> None:
         self.rows[entity] = self.rows.get(entity, 0) + rows

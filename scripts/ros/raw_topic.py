@@ -7,6 +7,7 @@ costs a twentieth of the wake-ups, and the middleware has noted when each one ca
 from __future__ import annotations
 
 import importlib
+import re
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from ..bag import qos
+from ..bag.definitions import message_file
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 # Two seconds of a 1 kHz topic, should the disk stall.
 DEPTH = 2000
+TYPE_NAME = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*\Z")
 NO_SEQUENCE = 2**64 - 1
 
 
@@ -147,9 +150,15 @@ def adapted(publishers: list[TopicEndpointInfo]) -> QoSProfile:
 
 
 def load(type_name: str) -> Any:
-    """Return the Python class of `pkg/msg/Type`."""
-    package, folder, name = type_name.split("/")
+    """Return the Python class of `pkg/msg/Type`; raises LookupError where no ROS package has that type.
+
+    The name may come from a file, so only what an installed ROS package says of itself is imported.
+    """
     try:
+        if not TYPE_NAME.match(type_name):
+            raise ValueError
+        message_file(type_name, ".msg")
+        package, folder, name = type_name.split("/")
         return getattr(importlib.import_module(f"{package}.{folder}"), name)
-    except (ImportError, AttributeError):
-        raise LookupError(f"no Python class of {type_name} is installed") from None
+    except (ImportError, AttributeError, ValueError):
+        raise LookupError(f"no message type {type_name or 'without a name'} is installed") from None

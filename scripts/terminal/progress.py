@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 import time
 
+from .plain import plain
+
 
 class Progress:
     """Shows a line a few times a second on a terminal; nothing elsewhere."""
@@ -20,7 +22,7 @@ class Progress:
         """Say how far it is."""
         now = time.monotonic()
         if sys.stderr.isatty() and now - self._shown >= self.PERIOD:
-            print(f"\r\x1b[K{line}", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[K{plain(line)}", end="", file=sys.stderr, flush=True)
             self._shown, self._there = now, True
 
     def clear(self) -> None:

@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from .plain import plain
+
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """Print a table; a column whose cells are all numbers is set flush right."""
@@ -15,7 +17,7 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]
     from rich.console import Console
     from rich.table import Table
 
-    cells = [["" if c is None else str(c) for c in row] for row in rows]
+    cells = [["" if c is None else plain(str(c), "\n") for c in row] for row in rows]
     table = Table(box=SIMPLE_HEAD, show_edge=False)
     for i, name in enumerate(columns):
         right = bool(cells) and all(is_number(row[i]) for row in cells)
@@ -27,8 +29,13 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]
     if not console.is_terminal:
         console = Console(highlight=False, markup=False, width=400)
     # Beside the table, not as its title, which rich would fold to the table's width.
-    console.print(title, style="bold")
+    console.print(plain(title), style="bold")
     console.print(table)
+
+
+def say(sentence: str, *, err: bool = False) -> None:
+    """Print a line in which may stand what a file holds: nothing in it that a terminal would obey."""
+    click.echo(plain(sentence, "\n\t"), err=err)
 
 
 def is_number(cell: str) -> bool:

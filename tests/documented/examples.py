@@ -88,6 +88,11 @@ RUN_BY_THE_TEST: dict[str, Example] = {
     "flexsim compare run again --plot difference.png --save both.rrd": Example(
         ("run", "again"), makes=("difference.png", "both.rrd")
     ),
+    "flexsim compare run again --align elapsed --topic /joint_states": Example(("run", "again")),
+    "flexsim export run /joint_states -o joints.csv": Example(RUN, makes=("joints.csv",)),
+    "flexsim export run -o tables --format parquet": Example(RUN, makes=("tables",)),
+    "flexsim export run -o signals.npz": Example(RUN, makes=("signals.npz",)),
+    "flexsim play run --clock 100 --remap /joint_states:=/recorded/joint_states": Example(RUN),
     "flexsim simulate run --save again.npz": Example(RUN, makes=("again.npz",)),
     "flexsim simulate run --set links.link_2.beam.elements=4 --save finer.npz": Example(
         RUN, makes=("finer.npz",)

@@ -131,5 +131,5 @@ def test_a_bag_without_a_robot(tmp_path: Path) -> None:
     assert flexsim("record", "-o", tmp_path / "empty", "-d", "0.2", "/silent").returncode == 0
     done = flexsim("view", tmp_path / "empty", "--save", tmp_path / "empty.rrd")
     assert done.returncode == 1
-    assert "neither elastic states nor joint states" in done.stderr
+    assert "holds no messages, nor topics" in done.stderr
     assert not (tmp_path / "empty.rrd").exists()
