@@ -9,6 +9,7 @@ What stays in a register need not be written and read again, which takes longer 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ def contiguous(array) -> None:
         raise TypingError("four numbers side by side are of a contiguous vector")
 
 
-def load(_typing, x, at):
+def typed_load(_typing, x, at):
     """x[at : at + 4]."""
     contiguous(x)
 
@@ -61,7 +62,7 @@ def load(_typing, x, at):
     return LANES(x, types.int64), emit
 
 
-def store(_typing, x, at, lanes):
+def typed_store(_typing, x, at, lanes):
     """x[at : at + 4] = lanes."""
     contiguous(x)
 
@@ -72,7 +73,7 @@ def store(_typing, x, at, lanes):
     return types.void(x, types.int64, LANES), emit
 
 
-def broadcast(_typing, number):
+def typed_broadcast(_typing, number):
     """One number four times."""
 
     def emit(_context, builder, _signature, arguments):
@@ -83,7 +84,7 @@ def broadcast(_typing, number):
     return LANES(types.float64), emit
 
 
-def multiply(_typing, a, b):
+def typed_multiply(_typing, a, b):
     """a b, number by number."""
 
     def emit(_context, builder, _signature, arguments):
@@ -92,7 +93,7 @@ def multiply(_typing, a, b):
     return LANES(LANES, LANES), emit
 
 
-def multiply_add(_typing, a, b, c):
+def typed_multiply_add(_typing, a, b, c):
     """a b + c, number by number."""
 
     def emit(_context, builder, _signature, arguments):
@@ -102,7 +103,7 @@ def multiply_add(_typing, a, b, c):
     return LANES(LANES, LANES, LANES), emit
 
 
-def total(_typing, lanes):
+def typed_total(_typing, lanes):
     """Sum of the four."""
 
     def emit(_context, builder, _signature, arguments):
@@ -112,26 +113,22 @@ def total(_typing, lanes):
     return types.float64(LANES), emit
 
 
-if config.DISABLE_JIT:
+def in_registers(typed: Callable[..., Any], plain: Callable[..., Any]) -> Callable[..., Any]:
+    """A function for kernels, which is `plain` on arrays of four where kernels are plain Python."""
+    if config.DISABLE_JIT:
+        return plain
+    found: Callable[..., Any] = intrinsic(typed)
+    return found
 
-    def load(x, at):
-        return x[at : at + 4].copy()
 
-    def store(x, at, lanes):
-        x[at : at + 4] = lanes
+def plain_store(x, at, lanes):
+    """x[at : at + 4] = lanes."""
+    x[at : at + 4] = lanes
 
-    def broadcast(number):
-        return np.full(4, number)
 
-    def multiply(a, b):
-        return a * b
-
-    def multiply_add(a, b, c):
-        return a * b + c
-
-    def total(lanes):
-        return float(lanes[0] + lanes[2] + (lanes[1] + lanes[3]))
-
-else:
-    load, store, broadcast = intrinsic(load), intrinsic(store), intrinsic(broadcast)
-    multiply, multiply_add, total = intrinsic(multiply), intrinsic(multiply_add), intrinsic(total)
+load = in_registers(typed_load, lambda x, at: x[at : at + 4].copy())
+store = in_registers(typed_store, plain_store)
+broadcast = in_registers(typed_broadcast, lambda number: np.full(4, number))
+multiply = in_registers(typed_multiply, lambda a, b: a * b)
+multiply_add = in_registers(typed_multiply_add, lambda a, b, c: a * b + c)
+total = in_registers(typed_total, lambda a: float(a[0] + a[2] + (a[1] + a[3])))
