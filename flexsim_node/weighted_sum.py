@@ -153,6 +153,9 @@ twelve_twice = weighted_sums(12, 12, 2, False)
 four_thrice = weighted_sums(4, 4, 3, False)
 eight_thrice = weighted_sums(8, 8, 3, False)
 twelve_thrice = weighted_sums(12, 12, 3, False)
+add_four_thrice = weighted_sums(4, 4, 3, True)
+add_eight_thrice = weighted_sums(8, 8, 3, True)
+eight_six = weighted_sums(8, 8, 6, False)
 add_lanes_thrice = weighted_sums(24, 24, 3, True)
 add_twelve_thrice = weighted_sums(12, 12, 3, True)
 # rows of a front over three nodes in space, those of a node or of two alike ones at once
@@ -226,3 +229,17 @@ def mix(parts, n, x, at, rows, first, width, out, place):
             four_thrice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
         else:
             four_twice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+
+
+@kernel
+def add_mix(n, x, at, rows, first, width, out, place):
+    """For three parts p: out[place + p width:] += sum_i x[at + p n + i] rows[first + i width:], i < n.
+
+    width is a multiple of four.
+    """
+    k = 0
+    while width - k >= 8:
+        add_eight_thrice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)
+        k += 8
+    if width - k >= 4:
+        add_four_thrice(n, x, at, 1, n, rows, first + k, width, out, place + k, width)

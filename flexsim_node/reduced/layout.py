@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-# Columns of Chain.reduced (L, 48 + 2P) int64: nodal rows after the link's end that hold its modes; modes
+# Columns of Chain.reduced (L, 51 + 2P) int64: nodal rows after the link's end that hold its modes; modes
 # (-1: the link is full), of them axial, bending in the beam's x-y and x-z planes; tensions; functions of the
 # centreline and of the rotation, F and G, with zeros up to a multiple of four; those of a deflection in y and
 # in z, likewise, Y and Z.
@@ -30,9 +30,9 @@ TENSION, MODAL_MASS, MODAL_STIFFNESS, ENDS, COUPLING, SHAPE, PIECES = range(14, 
 # tensions (T), their number in the factorisation; the centreline's displacement, rate, acceleration, all of
 # the latter, force (5, c, F), weights (3, 3 c); the rotation's displacement, rate and acceleration, inertia,
 # its products: in the plane 1, 1, 1, 2, 2 and in space 3, 3, 3, 3, 3 components; weights of them; the
-# displacement's products (1 or 3, G), in space with its integrals and those of its squares (8); half the
-# gradients of the squared slope that the tensions see, in y and in z (T, Y) and (T, Z), and the lateral
-# coefficients that they go with (Y + Z).
+# displacement's products (1 or 3, G), in space with its integrals (3); half the gradients of the squared
+# slope that the tensions see, in y and in z (T, Y) and (T, Z), and the lateral coefficients that they go
+# with (Y + Z).
 PIVOTS, INVERSE, SCALED, COLUMN, WEIGHT, FRONT, LOADS, ACTIVE = range(21, 29)
 LINE, MIX, TURN, TURN_MIX, TURNED, GRADIENT, LATERAL = range(29, 36)
 # Length of a row of the factorisation, over end, start, A and tensions, with zeros; and of a column, a
@@ -46,11 +46,16 @@ WIDTH, HEIGHT, END = 36, 37, 38
 CROSS_Z, CROSS_Y, BACK_Z, BACK_Y, BENT = range(39, 44)
 # Where in Chain.modal are the products of the twists' slopes that each tension sees (T, 1 + t, .), and those
 # of the rotation's functions at the elements' ends (G, G), where their turn of second order counts; and in
-# Workspace.modal the twists, their rates and products (3, .), and the latter times the rotation, times its
-# rate, and room for as much (3, 3, G).
+# Workspace.modal the twists, their rates and products (3, .), and the latter times the rotation (3, G), times
+# its rate about y and z (2, G), weights (3, 3).
 HELICES, LUMP_GRAM, WOUND, LUMPS = range(44, 48)
-FUNCTION = 48
-COLUMNS = 48
+# Where in Chain.modal is the stiffness of those strains: of bending in y, in z, of torsion, the first two
+# with zeros up to a multiple of four. And in Workspace.modal the rotation's products and those at the
+# elements' ends, function by function (G, 8), and the sums of these with the rotation, its rate and its
+# acceleration, component by component (3, 3, 8).
+STRAINS, ACROSS, SUMS = range(48, 51)
+FUNCTION = 51
+COLUMNS = 51
 
 
 def eights(n: int) -> int:
@@ -71,12 +76,12 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
     f, g, p, t = (int(size[k]) for k in (CENTRELINE, ROTATION, MODES, TENSIONS))
     axial, y, z = (int(size[k]) for k in (AXIALS, Y_MODES, Z_MODES))
     twists = 2 + p - axial - y - z
-    bent = sum(fours(2 * n) + fours(n) for n in (twists, 3 + y, 3 + z))
+    bent = sum(fours(2 * n + 3) + fours(n + 3) for n in (twists, 3 + y, 3 + z))
     with_z = twists * fours(2 + y) + (twists - 1) * fours(3 + y)
-    with_y, strains = twists * fours(2 + z), 3 * fours(2 + max(y, z))
+    with_y, strains = twists * fours(2 + z), 2 * twists
     size[LATERAL_Y], size[LATERAL_Z] = fours(4 + y), fours(4 + z) if b == 6 else 0
     wide, high = int(size[LATERAL_Y]), int(size[LATERAL_Z])
-    c, turning, turned = (2, 7, g) if b == 3 else (3, 15, 3 * g + 8)
+    c, turning, turned = (2, 7, g) if b == 3 else (3, 15, 3 * g + 3)
     size[WIDTH], size[HEIGHT] = max(fours(3 * b + t), 12 if b == 3 else 24), fours(p)
     for i in range(p):
         kind = sum(i >= edge for edge in (axial, axial + y, axial + y + z))
@@ -89,7 +94,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (TENSION, t), (MODAL_MASS, p), (MODAL_STIFFNESS, p), (ENDS, 2 * b * fours(2 * b)),
         (COUPLING, 2 * b * p), (SHAPE, shapes), (CROSS_Z, (3 + z) * with_z),
         (CROSS_Y, (3 + y) * with_y), (BACK_Z, with_z * fours(3 + z)), (BACK_Y, with_y * fours(3 + y)),
-        (HELICES, t * (twists - 1) * fours(twists - 1) if b == 6 else 0), (LUMP_GRAM, g * g), (PIECES, 0),
+        (HELICES, t * (twists - 1) * fours(twists - 1) if b == 6 else 0), (LUMP_GRAM, g * g),
+        (STRAINS, fours(2 + y) + fours(2 + z) + 1 + p - axial - y - z), (PIECES, 0),
     ):  # fmt: skip
         size[column] = constants
         constants += eights(length)
@@ -99,7 +105,8 @@ def places(size: np.ndarray, b: int, constants: int, shapes: int, buffers: int) 
         (WEIGHT, fours(p + t)), (FRONT, width), (LOADS, t), (ACTIVE, 1), (LINE, 5 * c * f), (MIX, 3 * c * c),
         (TURN, turning * g), (TURN_MIX, 27), (TURNED, turned), (GRADIENT, t * (wide + high)),
         (LATERAL, wide + high), (BENT, bent + 3 * (with_z + with_y) + strains),
-        (WOUND, 3 * fours(twists - 1)), (LUMPS, (2 if b == 3 else 9) * g), (END, 0),
+        (WOUND, 3 * fours(twists - 1)), (LUMPS, (2 if b == 3 else 5) * g + 9),
+        (ACROSS, 8 * g if b == 6 else 0), (SUMS, 72 if b == 6 else 0), (END, 0),
     ):  # fmt: skip
         size[column] = buffers
         buffers += eights(length)

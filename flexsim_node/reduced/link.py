@@ -13,6 +13,7 @@ from ..beam import LENGTH, SHEAR_Y, SHEAR_Z, hermite_transpose
 from ..chain import FIRST
 from ..flat import flat
 from ..kernel import kernel
+from ..lanes import broadcast, load, multiply_add, total
 from ..weighted_sum import (
     add_combined,
     add_lanes_thrice,
@@ -122,10 +123,14 @@ def weigh(size, own, b, displacement, rate):
 def along(size, own, b, j):
     """Half the gradient of slope j times the coefficients that `weigh` has written."""
     wide, high, u, s = size[LATERAL_Y], size[LATERAL_Z], size[LATERAL], size[GRADIENT]
-    found = dot(wide, own, u, own, s + j * wide)
+    found = broadcast(0.0)
+    for k in range(0, wide, 4):
+        found = multiply_add(load(own, u + k), load(own, s + j * wide + k), found)
     if b == 6:
-        found += dot(high, own, u + wide, own, s + size[TENSIONS] * wide + j * high)
-    return found
+        u, s = u + wide, s + size[TENSIONS] * wide + j * high
+        for k in range(0, high, 4):
+            found = multiply_add(load(own, u + k), load(own, s + k), found)
+    return total(found)
 
 
 @kernel

@@ -56,13 +56,14 @@ from .layout import (
     SHAPE,
     SLOPE_Y,
     SLOPE_Z,
+    STRAINS,
     TENSION,
     TURN_GRAM,
     eights,
     fours,
     places,
 )
-from .turning_products import helices, turning_products
+from .turning_products import helices, strain_stiffness, turning_products
 
 AXIAL_MODES = 2
 # nodal dofs of the kinds of modes, in their order
@@ -86,6 +87,7 @@ class ReducedLink:
     element: np.ndarray  # (E, 15)
     shape: np.ndarray  # (nodes, 6, 12 + P)
     cross: tuple[np.ndarray, ...]  # products of second order, see turning_products.py
+    strain: np.ndarray  # stiffness of the strains that these act on
     helix: np.ndarray  # (tensions, twists, .) likewise of the twists' slopes
     lump: np.ndarray  # products of the rotation's functions at the elements' ends
     frequency: np.ndarray  # (P,) of the link with its ends held, Hz
@@ -270,6 +272,7 @@ def reduce_link(
     for k, functions in enumerate((lines[: y + 4], lines[y : y + 4 + z])[: 1 if planar else 2]):
         wide = padded(functions, fours(len(functions)))
         slopes[k] = np.einsum("iea,ab,jeb,te->itj", functions, unit, wide, weights)
+    modal_stiffness = np.einsum("ai,ab,bi->i", own, stiffness, own)
     return ReducedLink(
         counts=counts,
         mass=np.einsum("iea,ab,jeb,e->ij", f, HERMITE_MASS, f, rows[:, MASS]),
@@ -277,12 +280,13 @@ def reduce_link(
         slope=(slopes[0], slopes[1]),
         tension=tension if stiffening else np.zeros(0),
         modal_mass=np.einsum("ai,ab,bi->i", own, mass, own),
-        modal_stiffness=np.einsum("ai,ab,bi->i", own, stiffness, own),
+        modal_stiffness=modal_stiffness,
         ends=ends,
         coupling=np.concatenate([across[:, 6:], across[:, :6]], axis=1),
         element=rows,
         shape=shape,
         cross=turning_products(whole, rows, shape, counts, stiffening and not planar),
+        strain=strain_stiffness(whole, modal_stiffness, counts),
         helix=helices(rows, shape, counts, weights if stiffening and not planar else weights[:0]),
         lump=np.einsum("iea,a,jea,e->ij", r, (0.5, 0.0, 0.5), r, rows[:, LENGTH]),
         frequency=np.sqrt([m[0] for m in shapes]) / (2.0 * np.pi),
@@ -320,7 +324,7 @@ def reduced_links(
             (TENSION, one.tension), (MODAL_MASS, one.modal_mass), (MODAL_STIFFNESS, one.modal_stiffness),
             (ENDS, ends), (COUPLING, one.coupling[:, both]), (SHAPE, shape), (PIECES, one.element),
             (CROSS_Z, one.cross[0]), (CROSS_Y, one.cross[1]), (BACK_Z, one.cross[2]), (BACK_Y, one.cross[3]),
-            (HELICES, one.helix), (LUMP_GRAM, one.lump),
+            (HELICES, one.helix), (LUMP_GRAM, one.lump), (STRAINS, one.strain),
         )  # fmt: skip
         tape += [(int(table[n, column]), part) for column, part in parts]
         constants = eights(int(table[n, PIECES]) + one.element.size)

@@ -20,8 +20,10 @@ from ..beam import (
 )
 from ..flat import flat
 from ..kernel import kernel
-from ..weighted_sum import dot, mix
+from ..lanes import broadcast, load, multiply, multiply_add, total
+from ..weighted_sum import add_mix, dot, eight_six, eight_thrice, mix
 from .layout import (
+    ACROSS,
     AXIALS,
     CENTRELINE,
     FUNCTION,
@@ -32,6 +34,7 @@ from .layout import (
     MIX,
     MODES,
     ROTATION,
+    SUMS,
     TENSIONS,
     TURN,
     TURN_GRAM,
@@ -94,13 +97,22 @@ def shape(size, data, own, e, d, first):
         products(3, data, size[TURN_GRAM], n, own, phi, t)
         if size[TENSIONS] > 0:
             products(3, data, size[LUMP_GRAM], n, own, phi, size[LUMPS])
-        # integrals of phi and of phi_i phi_k, behind them
+        # behind them integrals of phi
         h, k = t + size[Y_MODES], t + 3 * n
         for i in range(3):
             own[k + i] = own[h + i * n] + own[h + i * n + 1] + own[h + i * n + 2]
-        own[k + 3], own[k + 4] = dot(n, own, phi, own, t), dot(n, own, phi, own, t + n)
-        own[k + 5], own[k + 6] = dot(n, own, phi, own, t + 2 * n), dot(n, own, phi + n, own, t + n)
-        own[k + 7] = dot(n, own, phi + 2 * n, own, t + 2 * n)
+        write_across(size, own)
+        eight_thrice(n, own, phi, 1, n, own, size[ACROSS], 8, own, size[SUMS], 8)
+
+
+@kernel
+def write_across(size, own):
+    """Write the rotation's products and those at the elements' ends side by side, function by function."""
+    n, t, lump, at = size[ROTATION], size[TURNED], size[LUMPS], size[ACROSS]
+    for k in range(n):
+        own[at], own[at + 1], own[at + 2] = own[t + k], own[t + n + k], own[t + 2 * n + k]
+        own[at + 4], own[at + 5], own[at + 6] = own[lump + k], own[lump + n + k], own[lump + 2 * n + k]
+        at += 8
 
 
 @kernel
@@ -220,10 +232,10 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
     products(3, data, size[MASS_GRAM], n, own, ca, g)
     for k in range(3):
         wrench[k] += own[g + h + k * n] + own[g + h + k * n + 2]
-    cy, cz, gy, gz = c + n, c + 2 * n, g + n, g + 2 * n
-    wrench[3] += dot(n, own, cy, own, gz) - dot(n, own, cz, own, gy)
-    wrench[4] += dot(n, own, cz, own, g) - dot(n, own, c, own, gz)
-    wrench[5] += dot(n, own, c, own, gy) - dot(n, own, cy, own, g)
+    mx, my, mz = moments(n, own, c, g)
+    wrench[3] += mx
+    wrench[4] += my
+    wrench[5] += mz
     if not spin:
         centreline(e, size, x, first, 0.0, own, c)
         products(3, data, size[MASS_GRAM], n, own, c, ca)
@@ -238,6 +250,21 @@ def forces(size, data, own, e, f, d, v, a, first, alpha, beta, coriolis, spin, f
         spin_forces(size, data, own, e, f, y, z, first, alpha, coriolis, out, wrench)
     elastic_forces(size, data, own, x, y, first, 6, 1.0, beta, out)
     add_turning(size, data, own, e, x, y, first, 1.0, beta, out)
+
+
+@kernel
+def moments(n, own, c, g):
+    """Sum of the cross products of places own[c:] (3, n) and forces own[g:] (3, n)."""
+    mx, my, mz = broadcast(0.0), broadcast(0.0), broadcast(0.0)
+    less = broadcast(-1.0)
+    for k in range(0, n, 4):
+        x, y, z = load(own, c + k), load(own, c + n + k), load(own, c + 2 * n + k)
+        fx, fy, fz = load(own, g + k), load(own, g + n + k), load(own, g + 2 * n + k)
+        away_x, away_y, away_z = multiply(less, fx), multiply(less, fy), multiply(less, fz)
+        mx = multiply_add(y, fz, multiply_add(z, away_y, mx))
+        my = multiply_add(z, fx, multiply_add(x, away_z, my))
+        mz = multiply_add(x, fy, multiply_add(y, away_x, mz))
+    return total(mx), total(my), total(mz)
 
 
 @kernel
@@ -297,14 +324,13 @@ def section_forces(size, data, own, e, f, v, a, first, alpha, coriolis, spin, fo
         m1 += own[made + n + k]
         m2 += own[made + 2 * n + k]
     # of the directors' own turning: products of phi with itself, its rate and its acceleration
-    sx, sy, sz, vx, vy, vz, k = t, t + n, t + 2 * n, pv, pv + n, pv + 2 * n, t + 3 * n
-    px, pz, pxx, pxy = own[k], own[k + 2], own[k + 3], own[k + 4]
-    py, pxz, pyy, pzz = own[k + 1], own[k + 5], own[k + 6], own[k + 7]
-    vxx, vxy, vxz = dot(n, own, sx, own, vx), dot(n, own, sx, own, vy), dot(n, own, sx, own, vz)
-    vyx, vyy = dot(n, own, sy, own, vx), dot(n, own, sy, own, vy)
-    vzx, vzz = dot(n, own, sz, own, vx), dot(n, own, sz, own, vz)
-    axy, axz = dot(n, own, sx, own, pa + n), dot(n, own, sx, own, pa + 2 * n)
-    ayx, azx = dot(n, own, sy, own, pa), dot(n, own, sz, own, pa)
+    eight_six(n, own, pv, 1, n, own, size[ACROSS], 8, own, size[SUMS] + 24, 8)
+    sx, sy, sz, k, at = t, t + n, t + 2 * n, t + 3 * n, size[SUMS]
+    px, py, pz = own[k], own[k + 1], own[k + 2]
+    pxx, pxy, pxz, pyy, pzz = own[at], own[at + 1], own[at + 2], own[at + 9], own[at + 18]
+    vxx, vyx, vzx, vxy, vyy = own[at + 24], own[at + 25], own[at + 26], own[at + 32], own[at + 33]
+    vxz, vzz = own[at + 40], own[at + 42]
+    ayx, azx, axy, axz = own[at + 49], own[at + 50], own[at + 56], own[at + 64]
     m0 -= iy * (b12 * pxx - b10 * pxz - x0 * vxx - x2 * vxz + b11 * px)
     m0 -= iz * (b20 * pxy - b21 * pxx - x0 * vxx - x1 * vxy + b22 * px)
     m1 += iy * (b22 * pxz - b20 * pzz + alpha * vzx + x1 * vzz + azx + b21 * pz)
@@ -339,28 +365,27 @@ def turn_forces(size, data, own, e, f, coriolis, made, wrench):
     """
     b00, b01, b02, b10, b11, b12, b20, b21, b22, x0, x1, x2 = turned_frame(f, coriolis)
     jy, jz, n, phi, lump = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN], size[LUMPS]
-    x, y, z, lx, ly, lz = phi, phi + n, phi + 2 * n, lump, lump + n, lump + 2 * n
-    shared = 0.5 * (jy * b21 + jz * b12)
-    for k in range(n):
-        sx, sy, sz = own[lx + k], own[ly + k], own[lz + k]
-        own[made + k] += jy * b01 * sy + jz * b02 * sz - (jy * b11 + jz * b22) * sx
-        own[made + n + k] += jy * b01 * sx - jz * b22 * sy + shared * sz
-        own[made + 2 * n + k] += jz * b02 * sx + shared * sy - jy * b11 * sz
-    vx, vy, vz, ax, ay, az = phi + 3 * n, phi + 4 * n, phi + 5 * n, phi + 6 * n, phi + 7 * n, phi + 8 * n
-    products(3, data, size[LUMP_GRAM], n, own, vx, lump + 3 * n)
-    ry, rz = lump + 4 * n, lump + 5 * n
-    xx, yy, zz = dot(n, own, x, own, lx), dot(n, own, y, own, ly), dot(n, own, z, own, lz)
-    # sums of what both axes turn by, c2 of y: (yx, yy2, yz), of z: (zx, yz, zz2), its rates and accelerations
-    yx, zx, yz = dot(n, own, x, own, ly), dot(n, own, x, own, lz), 0.5 * dot(n, own, y, own, lz)
+    v, r = phi + 3 * n, lump + 3 * n
+    c = r + 2 * n
+    own[c], own[c + 1], own[c + 2] = -jy * b11 - jz * b22, jy * b01, jz * b02
+    own[c + 3], own[c + 4], own[c + 5] = jy * b01, -jz * b22, 0.5 * (jy * b21 + jz * b12)
+    own[c + 6], own[c + 7], own[c + 8] = jz * b02, 0.5 * (jy * b21 + jz * b12), -jy * b11
+    add_mix(3, own, c, own, lump, n, own, made)
+    # the rate's own products; sums of x, y, z with those of the displacement, the rate, the acceleration
+    products(2, data, size[LUMP_GRAM], n, own, v + n, r)
+    at = size[SUMS] + 4
+    xx, yx, zx = own[at], own[at + 1], own[at + 2]
+    yy, yz, zz = own[at + 9], 0.5 * own[at + 10], own[at + 18]
+    at += 24
+    turning, vyx, vzx = own[at], own[at + 1] + own[at + 8], own[at + 2] + own[at + 16]
+    vyz = 0.5 * (own[at + 10] + own[at + 17])
+    vyy, vzz = -turning - own[at + 18], -turning - own[at + 9]
+    at += 24
+    ayx = own[at + 1] + own[at + 8] + 2.0 * dot(n, own, v, own, r)
+    azx = own[at + 2] + own[at + 16] + 2.0 * dot(n, own, v, own, r + n)
+    ayz = 0.5 * (own[at + 10] + own[at + 17]) + dot(n, own, v + n, own, r + n)
+    # what both axes turn by, c2 of y: (yx, yy2, yz), of z: (zx, yz, zz2)
     yy2, zz2 = -0.5 * (xx + zz), -0.5 * (xx + yy)
-    turning = dot(n, own, vx, own, lx)
-    vyx = dot(n, own, vx, own, ly) + dot(n, own, vy, own, lx)
-    vzx = dot(n, own, vx, own, lz) + dot(n, own, vz, own, lx)
-    vyz = 0.5 * (dot(n, own, vy, own, lz) + dot(n, own, vz, own, ly))
-    vyy, vzz = -turning - dot(n, own, vz, own, lz), -turning - dot(n, own, vy, own, ly)
-    ayx = dot(n, own, ax, own, ly) + 2.0 * dot(n, own, vx, own, ry) + dot(n, own, ay, own, lx)
-    azx = dot(n, own, ax, own, lz) + 2.0 * dot(n, own, vx, own, rz) + dot(n, own, az, own, lx)
-    ayz = 0.5 * (dot(n, own, ay, own, lz) + dot(n, own, az, own, ly)) + dot(n, own, vy, own, rz)
     px = ayx + x1 * vyz - x2 * vyy + b00 * yx + b01 * yy2 + b02 * yz
     pz = ayz + x0 * vyy - x1 * vyx + b20 * yx + b21 * yy2 + b22 * yz
     qx = azx + x1 * vzz - x2 * vyz + b00 * zx + b01 * yz + b02 * zz2

@@ -17,8 +17,8 @@ from .layout import (
     MODES,
     PIVOTS,
     ROTATION,
+    SUMS,
     TENSIONS,
-    TURN,
     TURN_GRAM,
     TURNED,
     WIDTH,
@@ -137,7 +137,7 @@ def inertia_coupling(size, data, own, e, start, end, inertia):
 @kernel
 def turn_coupling(size, own, e, start, end, inertia):
     """Add what the sections' second-order turn (T8) has, section_turn.section_coupling at elements' ends."""
-    jy, jz, n, phi, x = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[TURN], size[LUMPS]
+    jy, jz, n, x = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], size[LUMPS]
     half, y, z = 0.5 * (jy - jz), x + n, x + 2 * n
     # moments about x, y and z by the link's angular acceleration about them:
     #   x: 0, jz z, -jy y;  y: half z, 0, -jy x;  z: half y, jz x, 0
@@ -147,14 +147,14 @@ def turn_coupling(size, own, e, start, end, inertia):
     add_turns_of_z(size, own, e, -jy, x, 5, start, end)
     add_turns_of_y(size, own, e, half, y, 3, start, end)
     add_turns_of_y(size, own, e, jz, x, 4, start, end)
-    xx, yy = dot(n, own, phi, own, x), dot(n, own, phi + n, own, y)
-    zz = dot(n, own, phi + 2 * n, own, z)
+    at = size[SUMS] + 4
+    xx, xy, xz, yy, yz, zz = own[at], own[at + 1], own[at + 2], own[at + 9], own[at + 10], own[at + 18]
     inertia[3, 3] -= jy * (xx + zz) + jz * (xx + yy)
     inertia[4, 4] -= jz * (xx + yy)
     inertia[5, 5] -= jy * (xx + zz)
-    inertia[3, 4] -= jy * dot(n, own, phi, own, y)
-    inertia[3, 5] -= jz * dot(n, own, phi, own, z)
-    inertia[4, 5] -= 0.5 * (jy + jz) * dot(n, own, phi + n, own, z)
+    inertia[3, 4] -= jy * xy
+    inertia[3, 5] -= jz * xz
+    inertia[4, 5] -= 0.5 * (jy + jz) * yz
 
 
 @kernel
@@ -204,8 +204,8 @@ def section_coupling(size, data, own, e, start, end, inertia):
     iy, iz, n, length = e[INERTIA_Y], e[INERTIA_Z], size[ROTATION], e[LENGTH]
     width, spun, y_modes = size[WIDTH], size[TURNED], size[Y_MODES]
     sx, sy, sz, k = spun, spun + n, spun + 2 * n, spun + 3 * n
-    px, py, pz, xx, xy, xz = own[k], own[k + 1], own[k + 2], own[k + 3], own[k + 4], own[k + 5]
-    yy, zz = own[k + 6], own[k + 7]
+    px, py, pz, at = own[k], own[k + 1], own[k + 2], size[SUMS]
+    xx, xy, xz, yy, zz = own[at], own[at + 1], own[at + 2], own[at + 9], own[at + 18]
     # products of the directors' components: y = (-phi_z, 1, phi_x), z = (phi_y, -phi_x, 1)
     dxx, dyy, dzz = iy * zz + iz * yy, iy * length + iz * xx, iy * xx + iz * length
     inertia[3, 3] += dyy + dzz

@@ -6,9 +6,10 @@ K_k strain^2 / 2.  size, data, own as in link.py; e is the row of the link as on
 
 from __future__ import annotations
 
-from ..beam import BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION
+from ..beam import LENGTH
 from ..kernel import kernel
-from ..weighted_sum import add_combined, combine, dot, mix
+from ..lanes import broadcast, load, multiply, multiply_add, store, total
+from ..weighted_sum import add_combined, combine, mix
 from .layout import (
     AXIALS,
     BACK_Y,
@@ -17,8 +18,8 @@ from .layout import (
     CROSS_Y,
     CROSS_Z,
     HELICES,
-    MODAL_STIFFNESS,
     MODES,
+    STRAINS,
     TENSIONS,
     WOUND,
     Y_MODES,
@@ -42,8 +43,8 @@ def stretches(size):
     at_z = at_y + fours(2 * y)
     out = at_z + fours(2 * z)
     out_y = out + fours(twists)
-    out_z = out_y + fours(y)
-    return at, at_y, at_z, out, out_y, out_z, out_z + fours(z)
+    out_z = out_y + fours(y + 3)
+    return at, at_y, at_z, out, out_y, out_z, out_z + fours(z + 3)
 
 
 @kernel
@@ -123,7 +124,11 @@ def wound_elongation(size, data, own, j, still, beta):
     count = 1 + size[MODES] - size[AXIALS] - size[Y_MODES] - size[Z_MODES]
     wound_gradient(size, data, own, count, j)
     n, at = fours(count), size[WOUND]
-    return 0.5 * still * dot(n, own, at, own, at + 2 * n) + beta * dot(n, own, at + n, own, at + 2 * n)
+    half, other, found = broadcast(0.5 * still), broadcast(beta), broadcast(0.0)
+    for k in range(at, at + n, 4):
+        twist = multiply_add(half, load(own, k), multiply(other, load(own, k + n)))
+        found = multiply_add(twist, load(own, k + 2 * n), found)
+    return total(found)
 
 
 @kernel
@@ -139,21 +144,6 @@ def add_wound_forces(size, own, pull, force, first):
 
 
 @kernel
-def stiffness_of(size, data, e, family, k):
-    """Stiffness K_k of a strain: of bending in y (family 0), in z (1), of torsion (2)."""
-    modal = size[MODAL_STIFFNESS] + size[AXIALS]
-    if family == 0:
-        if k >= 2:
-            return data[modal + k - 2]
-        return e[BEND_Z] if k == 0 else 12.0 * (1.0 - e[SHEAR_Z]) * e[BEND_Z]
-    if family == 1:
-        if k >= 2:
-            return data[modal + size[Y_MODES] + k - 2]
-        return e[BEND_Y] if k == 0 else 12.0 * (1.0 - e[SHEAR_Y]) * e[BEND_Y]
-    return e[TORSION] if k == 0 else data[modal + size[Y_MODES] + size[Z_MODES] + k - 1]
-
-
-@kernel
 def product_counts(size):
     """Numbers of the bending's products with slopes in z, of these with the torsion's, of those in y."""
     twists, y, z = counts(size)
@@ -163,16 +153,16 @@ def product_counts(size):
 
 @kernel
 def bending_strains(size, plane):
-    """Of the bending strains in y (plane 0) or in z (1): number, place of the linear ones, of the products.
+    """Of the bending strains in y (plane 0) or in z (1): number, place of linear ones, products, stiffness.
 
-    The last is counted from the first products; behind those of plane 0 are those of the torsion.
+    The products are counted from the first; behind those of plane 0 are those of the torsion.
     """
     _, y, z = counts(size)
     _, at_y, at_z, _, _, _, _ = stretches(size)
     if plane == 0:
-        return y - 1, at_y + 1, 0
+        return y - 1, at_y + 1, 0, size[STRAINS]
     _, with_z, _ = product_counts(size)
-    return z - 1, at_z + 1, with_z
+    return z - 1, at_z + 1, with_z, size[STRAINS] + fours(y - 1)
 
 
 @kernel
@@ -193,39 +183,52 @@ def add_turning(size, data, own, e, d, v, first, still, beta, force):
     stress = weights + with_z + with_y
     mix(2, z, own, at_z, data, size[CROSS_Z], with_z, own, by)
     mix(2, y, own, at_y, data, size[CROSS_Y], with_y, own, by + 2 * with_z)
-    for k in range(out, by, 4):
-        own[k], own[k + 1], own[k + 2], own[k + 3] = 0.0, 0.0, 0.0, 0.0
+    # twists that go with the products by displacement, and with those by rate
+    for a in range(twists):
+        own[stress + a] = still * own[at + a] + beta * own[at + twists + a]
+        own[stress + twists + a] = beta * own[at + a]
+        own[out + a] = 0.0
+    own[out_y] = own[out_z] = 0.0
+    one, other = broadcast(still), broadcast(beta)
     for plane in range(2):
-        number, linear, place = bending_strains(size, plane)
+        number, linear, place, stiffness = bending_strains(size, plane)
         wide, made = fours(number), by + 2 * place
         quickly, speed = made + (with_y if plane == 1 else with_z), linear + (z if plane == 1 else y)
         on_linear = (out_z if plane == 1 else out_y) + 1
-        more, quick = stress + wide, stress + 2 * wide
-        combine(twists, own, at, own, made, wide, own, more, wide)
-        combine(twists, own, at, own, quickly, wide, own, quick, wide)
-        add_combined(twists, own, at + twists, own, made, wide, own, quick, wide)
-        for k in range(number):
-            stiffness = stiffness_of(size, data, e, plane, k)
-            second = still * own[more + k] + beta * own[quick + k]
-            own[on_linear + k] += stiffness * second
-            own[stress + k] = stiffness * (second + still * own[linear + k] + beta * own[speed + k])
-        for k in range(number, wide):
-            own[stress + k] = 0.0
-        for a in range(twists):
-            own[out + a] += dot(wide, own, stress, own, made + a * wide)
-            combine(1, own, at + a, own, stress, wide, own, weights + place + a * wide, wide)
+        for k in range(0, wide, 4):
+            second = broadcast(0.0)
+            for a in range(twists):
+                row = a * wide + k
+                second = multiply_add(broadcast(own[stress + a]), load(own, made + row), second)
+                second = multiply_add(broadcast(own[stress + twists + a]), load(own, quickly + row), second)
+            strain = multiply_add(one, load(own, linear + k), second)
+            strain = multiply_add(other, load(own, speed + k), strain)
+            stiff = load(data, stiffness + k)
+            store(own, on_linear + k, multiply(stiff, second))
+            pull = multiply(stiff, strain)
+            for a in range(twists):
+                row = a * wide + k
+                own[out + a] += total(multiply(pull, load(own, made + row)))
+                store(own, weights + place + row, multiply(broadcast(own[at + a]), pull))
     wide = fours(y)
     for k in range(twists - 1):
-        unit, made = 2.0 if k == 0 else 1.0, by + torsion + k * wide
-        stiffness = stiffness_of(size, data, e, 2, k)
-        second = still * dot(wide, own, at_y, own, made)
-        second += beta * (dot(wide, own, at_y, own, made + with_z) + dot(wide, own, at_y + y, own, made))
+        unit, row = 2.0 if k == 0 else 1.0, torsion + k * wide
+        stiffness = data[size[STRAINS] + fours(y - 1) + fours(z - 1) + k]
+        lanes = broadcast(0.0)
+        for i in range(0, wide, 4):
+            slope, fast = load(own, at_y + i), load(own, at_y + y + i)
+            product = load(own, by + row + i)
+            lanes = multiply_add(multiply(one, slope), product, lanes)
+            quick = multiply_add(slope, load(own, by + row + with_z + i), multiply(fast, product))
+            lanes = multiply_add(other, quick, lanes)
+        second = total(lanes)
         own[out + 1 + k] += unit * stiffness * second
-        own[stress] = stiffness * (
-            second + unit * (still * own[at + 1 + k] + beta * own[at + twists + 1 + k])
-        )
-        add_combined(1, own, stress, own, made, wide, own, out_y, wide)
-        combine(1, own, stress, own, at_y, wide, own, weights + torsion + k * wide, wide)
+        tension = second + unit * (still * own[at + 1 + k] + beta * own[at + twists + 1 + k])
+        pull = broadcast(stiffness * tension)
+        for i in range(0, wide, 4):
+            product, whole = load(own, by + row + i), load(own, out_y + i)
+            store(own, out_y + i, multiply_add(pull, product, whole))
+            store(own, weights + row + i, multiply(pull, load(own, at_y + i)))
     add_combined(with_z, own, weights, data, size[BACK_Z], fours(z), own, out_z, fours(z))
     add_combined(with_y, own, weights + with_z, data, size[BACK_Y], fours(y), own, out_y, fours(y))
     add_slope_forces(size, e, own, out, out_y, out_z, force, first)
@@ -244,16 +247,17 @@ def turning_energy(size, data, own, e, d, first):
     combine(y, own, at_y, data, size[CROSS_Y], with_y, own, by + with_z, with_y)
     total = 0.0
     for plane in range(2):
-        number, linear, place = bending_strains(size, plane)
+        number, linear, place, stiffness = bending_strains(size, plane)
         for k in range(number):
             more = 0.0
             for a in range(twists):
                 more += own[at + a] * own[by + place + a * fours(number) + k]
-            total += stiffness_of(size, data, e, plane, k) * more * (own[linear + k] + 0.5 * more)
+            total += data[stiffness + k] * more * (own[linear + k] + 0.5 * more)
     for k in range(twists - 1):
         more = 0.0
         for a in range(y):
             more += own[at_y + a] * own[by + torsion + k * fours(y) + a]
         unit = 2.0 if k == 0 else 1.0
-        total += stiffness_of(size, data, e, 2, k) * more * (unit * own[at + 1 + k] + 0.5 * more)
+        stiffness = data[size[STRAINS] + fours(y - 1) + fours(z - 1) + k]
+        total += stiffness * more * (unit * own[at + 1 + k] + 0.5 * more)
     return total

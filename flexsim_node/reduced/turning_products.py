@@ -40,6 +40,18 @@ def helices(rows: np.ndarray, shape: np.ndarray, counts: tuple[int, ...], weight
     return np.pad(made, ((0, 0), (0, 0), (0, -made.shape[2] % 4)))
 
 
+def strain_stiffness(whole: np.ndarray, modal: np.ndarray, counts: tuple[int, ...]) -> np.ndarray:
+    """Stiffness of a link's strains: of bending in y and in z, padded with zeros to fours, of torsion.
+
+    whole : row of the link as one element; modal : (P,) stiffness of the modes; counts : of each kind
+    """
+    parts = np.split(modal, np.cumsum(counts[:3]))
+    skew_z, skew_y = 12.0 * (1.0 - whole[SHEAR_Z]), 12.0 * (1.0 - whole[SHEAR_Y])
+    bend_y = np.array([whole[BEND_Z], skew_z * whole[BEND_Z], *parts[1]])
+    bend_z = np.array([whole[BEND_Y], skew_y * whole[BEND_Y], *parts[2]])
+    return np.concatenate([padded(bend_y), padded(bend_z), [whole[TORSION]], parts[3]])
+
+
 def turning_products(
     whole: np.ndarray, rows: np.ndarray, shape: np.ndarray, counts: tuple[int, ...], turns: bool
 ) -> tuple[np.ndarray, ...]:

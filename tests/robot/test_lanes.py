@@ -1,0 +1,42 @@
+"""Numbers side by side in registers: compiled, they are what plain arrays of four are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import config
+
+from flexsim_node.kernel import kernel
+from flexsim_node.lanes import broadcast, load, multiply, multiply_add, store, total
+
+
+@kernel
+def combined(n, x, y, factor, out):
+    """Write factor x^2 + y into out, and return the sum."""
+    found = broadcast(0.0)
+    for k in range(0, n, 4):
+        row = load(x, k)
+        lanes = multiply_add(multiply(broadcast(factor), row), row, load(y, k))
+        store(out, k, lanes)
+        found = multiply_add(broadcast(1.0), lanes, found)
+    return total(found)
+
+
+def test_rows_are_combined_number_by_number() -> None:
+    """Every number is its own, none beyond the row is touched; a row may begin anywhere."""
+    rng = np.random.default_rng(1)
+    for n, begin in ((4, 0), (8, 1), (12, 3)):
+        x, y = rng.standard_normal((2, n + begin))
+        whole = np.full(n + begin + 4, 7.0)
+        found = combined(n, x[begin:], y[begin:], 0.5, whole[begin : begin + n])
+        expected = 0.5 * x[begin:] ** 2 + y[begin:]
+        np.testing.assert_allclose(whole[begin : begin + n], expected, rtol=1e-15, atol=1e-15)
+        assert abs(found - expected.sum()) < 1e-13
+        assert (whole[:begin] == 7.0).all()
+        assert (whole[begin + n :] == 7.0).all()
+
+
+def test_it_runs_in_registers() -> None:
+    """The loop is compiled to instructions on four numbers, unless kernels are plain Python."""
+    if not config.DISABLE_JIT:
+        words = next(iter(combined.inspect_llvm().values()))
+        assert "<4 x double>" in words
