@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
@@ -309,8 +310,8 @@ def in_order(read: dict[int, Messages]) -> list[tuple[int, bytes, int, int, int]
         zip(
             together.channel.tolist(),
             together.data(),
-            together.log_time.tolist(),
-            together.publish_time.tolist(),
+            together.log_time.astype(np.uint64).tolist(),  # as in the file, where no time is below zero
+            together.publish_time.astype(np.uint64).tolist(),
             together.sequence.tolist(),
             strict=True,
         )

@@ -163,6 +163,8 @@ def examine(
     for topic in bag.topics.values():
         if topic.type == DIAGNOSTICS:
             also.setdefault(topic.name, []).append(on_diagnostics)
+        elif bag.why_not(topic.name):
+            continue
         elif topic.name == robot.joints and topic.name.endswith("joint_states"):
             work = JointWork(bag, topic.name)
             also.setdefault(topic.name, []).append(work.add)

@@ -16,7 +16,7 @@ from pathlib import Path
 import mcap.reader  # noqa: F401, imported by recover where it writes
 import numpy as np
 import pytest
-from bag_kinds import EMPTY, KINDS, QOS, by_mcap, run
+from bag_kinds import EMPTY, JOINTS, KINDS, QOS, by_mcap, run
 from flexsim.bag import Bag, BagError
 from flexsim.bag.mend import mend
 from flexsim.bag.scenes import scenes_in
@@ -175,6 +175,14 @@ def test_hostile_definitions(what: str, tmp_path: Path) -> None:
     begun = time.monotonic()
     used(by_hand(tmp_path / "a.mcap", "/t", kind, schema, data, encoding), tmp_path / "out")
     assert time.monotonic() - begun < SECONDS
+
+
+@pytest.mark.parametrize("what", HOSTILE)
+def test_what_cannot_be_decoded_is_counted(what: str, tmp_path: Path) -> None:
+    """A robot's joint states with such a definition are timed and counted as any messages are."""
+    _, encoding, schema, data = HOSTILE[what]
+    bag = Bag(by_hand(tmp_path / "a.mcap", "/joint_states", JOINTS, schema, data, encoding))
+    assert [t.count for t in examine(bag).timings.values()] == [bag.count] != [0]
 
 
 def bomb(path: Path) -> Path:

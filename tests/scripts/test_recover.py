@@ -74,6 +74,8 @@ def test_a_cut_foreign_bag(compression: CompressionType, tmp_path: Path) -> None
             k = n % 5
             data = cdr(row) if k < 2 else b'{"x": %d}' % n
             writer.add_message(channels[k], row.time, data, row.time - 5, n)
+        # times are unsigned in the file, and nobody promises sensible ones
+        writer.add_message(channels[3], 2**63 + 5, b"{}", 2**64 - 1, 2**32 - 1)
         writer.finish()
     whole = messages(path)
     path.write_bytes(path.read_bytes()[:-300])
