@@ -64,7 +64,7 @@ def test_it_steps_in_real_time(tmp_path: Path) -> None:
 
 @pytest.mark.alone
 def test_the_benchmark_of_real_time() -> None:
-    """It runs and accounts for all of its time; how many ticks and answers there are, the host's share decides."""
+    """It runs and accounts for all of its time; how many answers come, the host decides."""
     program = Path(__file__).parents[2] / "benchmarks" / "realtime.py"
     words = ["--duration", "4", "--rate", "2000", "--controller", "--json"]
     done = subprocess.run(
