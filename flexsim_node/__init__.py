@@ -1,11 +1,13 @@
 """The flexible robot: scene -> model -> equations -> integrators -> simulate."""
 
 from . import kept_kernels  # noqa: F401  before any kernel is loaded
-from .decision import Decision, resolve_effects
+from .decide import resolve_effects
+from .decision import Decision
 from .linearization import LinearModel, linearize
 from .modes import Modes, mode_shapes, natural_frequencies
+from .run import Run
 from .scene import Scene, SceneError, load_scene
-from .simulate import Run, simulate
+from .simulate import simulate
 from .statics import StaticEquilibrium, static_equilibrium
 
 __all__ = [

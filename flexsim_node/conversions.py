@@ -25,8 +25,7 @@ from sensor_msgs.msg import JointState, PointCloud2, PointField
 from simulation_interfaces.msg import EntityState
 
 from .commands import Commands
-from .decision import Decision
-from .formulations import Chosen
+from .decision import Chosen, Decision
 from .link_motion import LinkMotion
 from .model import Model
 from .pace import SECOND

@@ -1,24 +1,92 @@
-"""What a scene leaves to `auto`, decided against its tolerance: the formulation, then the effects."""
+"""What was decided of a scene's open keys (`auto`): formulation, effects, and what for."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
-from .effects import (
-    Change,
-    Drive,
-    Trial,
-    envelope_trials,
-    millimetres,
-    with_effect,
-    without_meaning,
-)
-from .envelope import Envelope, common, hull
-from .formulations import Chosen, choose_formulation
+import numpy as np
+
+from .envelope import Envelope
 from .schema import Scene
 
-SHARE = 0.5  # of the tolerance that what is left out may change: between the envelope's runs it may be more
+
+@dataclass(frozen=True)
+class Change:
+    """What switching one effect does to a scene's run.
+
+    Attributes
+    ----------
+    name : of the effect, or `flexible: LINK`
+    on : whether the scene has it; the other way round is what is measured
+    change : m, the largest distance of a tip from itself at one time; infinite where the other run fails
+    relative : change over the tip's own largest distance from where it starts
+    trouble : why the other way can't run, or ""
+    """
+
+    name: str
+    on: bool
+    change: float
+    relative: float
+    trouble: str = ""
+
+
+def millimetres(length: float) -> str:
+    """A length in words."""
+    return f"{1e3 * length:.3g} mm" if np.isfinite(length) else "without bound"
+
+
+@dataclass(frozen=True)
+class Apart:
+    """Distance of a scene's tips between its formulation and another.
+
+    Attributes
+    ----------
+    own, other : formulations
+    distance : m, the largest at one time, with twice the elements and half the step (or more)
+    unsure : m, what these change of it
+    refused : why it isn't known, or ""
+    """
+
+    own: str
+    other: str
+    distance: float
+    unsure: float
+    refused: str = ""
+
+    @property
+    def most(self) -> float:
+        """m that the formulations are apart at most, as far as it is told; infinite where it isn't."""
+        return float("inf") if self.refused else self.distance + self.unsure
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The formulation that `auto` has taken, and why.
+
+    Attributes
+    ----------
+    scene : in that formulation; open effects are still open
+    apart : erls from co_moving, at most over the envelope; None where nothing was measured
+    why : a sentence
+    envelope : what the decision holds for, where erls was taken by a measurement
+    at_rest : whether the scene does not move, which decides nothing
+    """
+
+    scene: Scene
+    why: str
+    apart: Apart | None = None
+    envelope: Envelope | None = None
+    at_rest: bool = False
+
+    @property
+    def off(self) -> float:
+        """m of the tolerance that the formulation takes up, as far as it is known."""
+        measured = self.apart is not None and self.scene.formulation == "erls"
+        return self.apart.most if self.apart and measured else 0.0
+
+    def sentence(self) -> str:
+        """What was taken, and why."""
+        return f"formulation: {self.scene.formulation}; {self.why}"
 
 
 @dataclass(frozen=True)
@@ -71,98 +139,3 @@ class Decision:
         """The whole in one line."""
         formulation = [] if self.chosen is None else [self.chosen.sentence()]
         return "; ".join([*formulation, *([self.effects_said()] if self.changes else [])])
-
-
-def resolve_effects(
-    scene: Scene, drive: Drive = None, duration: float | None = None, tolerance: float | None = None
-) -> Decision:
-    """Decide what a scene leaves open by what it changes at the tip.
-
-    First the formulation (see choose_formulation).  Then each open effect is measured alone, on the scene's
-    motion and on the widest of its envelope (see envelope_trials); then, the least important first, as many
-    are left out as together stay within SHARE of the tolerance over the whole envelope, less what the
-    formulation takes of it.  A scene at rest decides nothing.  The scene's own torque profile drives the
-    runs unless `drive` does.  The same scene always gets the same decision.
-
-    Raises
-    ------
-    ArithmeticError
-        where the scene does not run with all of them on
-    """
-    if drive is None and duration is None and tolerance is None:
-        return _resolved(scene.model_dump_json())
-    return _resolve(scene, drive, duration, tolerance)
-
-
-def decided(scene: Scene) -> Scene:
-    """The scene with all that it leaves open decided."""
-    return resolve_effects(scene).scene if scene.undecided else scene
-
-
-@lru_cache(maxsize=64)
-def _resolved(text: str) -> Decision:
-    return _resolve(Scene.model_validate_json(text), None, None, None)
-
-
-def _resolve(scene: Scene, drive: Drive, duration: float | None, tolerance: float | None) -> Decision:
-    limit = scene.tolerance if tolerance is None else tolerance
-    assert limit is not None or not scene.undecided  # the schema sees to it
-    limit = limit or 0.0
-    if scene.formulation != "auto":
-        return _resolve_effects(scene, drive, duration, limit, None)
-    chosen = choose_formulation(scene, SHARE * limit, limit, drive, duration)
-    return _resolve_effects(chosen.scene, drive, duration, limit, chosen)
-
-
-def _resolve_effects(
-    scene: Scene, drive: Drive, duration: float | None, limit: float, chosen: Chosen | None
-) -> Decision:
-    """The decision of the open effects, in the scene's formulation."""
-    open_effects = scene.effects.undecided
-    seen = None if chosen is None else chosen.envelope
-    if not open_effects:
-        at_rest = chosen is not None and chosen.at_rest
-        return Decision(scene, limit, (), (), 0.0, seen, at_rest, chosen)
-    own = Trial(scene, drive, duration)
-    absent = without_meaning(own.scene)
-    if own.at_rest(limit):
-        changes = sorted((own.change(n) for n in open_effects), key=lambda c: (c.change, c.name))
-        return Decision(own.scene, limit, tuple(changes), (), 0.0, seen, at_rest=True, chosen=chosen)
-    trials = envelope_trials(scene, own, scene.auto.margin) or [own]
-    found = []
-    for name in open_effects:
-        if name in absent:
-            found.append(Change(name, True, 0.0, 0.0))
-            continue
-        several = [own.change(name), trials[0].change(name)]
-        found.append(max(several, key=lambda c: c.change))
-    changes = sorted(found, key=lambda c: (c.change, c.name))
-    allowed = SHARE * limit - (0.0 if chosen is None else chosen.off)
-    out = [c.name for c in changes if c.change <= allowed and _may_go(c.name, own.scene, chosen)]
-    decided, together = own.scene, 0.0
-    while out:
-        tried = own.scene
-        for name in out:
-            tried = with_effect(tried, name, False)
-        together = 0.0
-        for trial in [own, *trials] if set(out) - absent else []:
-            together = max(together, trial.distance(tried)[0])
-            if together > allowed:
-                break
-        if together <= allowed:
-            decided = tried
-            break
-        together = 0.0
-        out.pop()
-    missing = tuple(n for n in reversed(out) if n not in absent)
-    if missing:
-        joints, motions = scene.joint_names, [t.motion for t in (own, *trials)]
-        longest = max(t.duration for t in (own, *trials))
-        seen = common(hull(joints, motions, longest, missing), seen)
-    return Decision(decided, limit, tuple(changes), tuple(out), together, seen, chosen=chosen)
-
-
-def _may_go(name: str, scene: Scene, chosen: Chosen | None) -> bool:
-    """Whether an effect may be left out: not the damping without which `auto` would not have taken erls."""
-    roots = scene.formulation == "erls" and scene.erls.zeroed == "root"
-    return not (name == "damping" and chosen is not None and roots)

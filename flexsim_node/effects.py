@@ -3,73 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from .decision import Change
 from .dofs import is_planar
 from .jumps import torque_jumps
-from .schema import HELD_BY_FRAMES, Effects, Scene, Undecided
+from .run import run
+from .schema import HELD_BY_FRAMES, Scene, Undecided
 from .torque_profile import torque_profile
+from .variants import everything_open_on, is_on, with_effect
 
 SAMPLES = 400  # of a run's tip
 MOST_TORQUES = 20_000  # looked at for an envelope's largest
 REST = 1e-9  # rad or m: joints that move no further are at rest
 Drive = Callable[[float], np.ndarray] | None
-
-
-@dataclass(frozen=True)
-class Change:
-    """What switching one effect does to a scene's run.
-
-    Attributes
-    ----------
-    name : of the effect, or `flexible: LINK`
-    on : whether the scene has it; the other way round is what is measured
-    change : m, the largest distance of a tip from itself at one time; infinite where the other run fails
-    relative : change over the tip's own largest distance from where it starts
-    trouble : why the other way can't run, or ""
-    """
-
-    name: str
-    on: bool
-    change: float
-    relative: float
-    trouble: str = ""
-
-
-def millimetres(length: float) -> str:
-    """A length in words."""
-    return f"{1e3 * length:.3g} mm" if np.isfinite(length) else "without bound"
-
-
-def effect_names() -> tuple[str, ...]:
-    """Names of all effects."""
-    return tuple(Effects.model_fields)
-
-
-def with_effect(scene: Scene, name: str, on: bool) -> Scene:
-    """The scene with one effect, or one link's flexibility (`flexible: LINK`), switched."""
-    kind, _, link = name.partition(": ")
-    if link:
-        links = tuple(k.model_copy(update={"flexible": on}) if k.name == link else k for k in scene.links)
-        return scene.model_copy(update={"links": links})
-    return scene.model_copy(update={"effects": scene.effects.model_copy(update={kind: on})})
-
-
-def is_on(scene: Scene, name: str) -> bool:
-    """Whether an effect, or a link's flexibility, is on; what is open counts as on."""
-    kind, _, link = name.partition(": ")
-    if link:
-        return next(k.flexible for k in scene.links if k.name == link)
-    return getattr(scene.effects, kind) is not False
-
-
-def everything_open_on(scene: Scene) -> Scene:
-    """The scene with its open effects on: what the others are compared with."""
-    for name in scene.effects.undecided:
-        scene = with_effect(scene, name, True)
-    return scene
 
 
 class Trial:
@@ -119,8 +67,6 @@ class Trial:
 
     def _tip(self, scene: Scene, keep: bool = False) -> tuple[np.ndarray, str]:
         """Paths (K, tips, 3) of the tips, and why they ended early, or ""; `keep` what the joints did."""
-        from .simulate import simulate  # which builds models, which may ask for decisions
-
         drive = self.drive or _no_torque(scene)
         if self.louder != 1.0 or self.beside is not None:
             start = {
@@ -133,16 +79,14 @@ class Trial:
         period = max(scene.solver.step, self.duration / SAMPLES)
         louder = self.louder
         try:
-            run = simulate(
-                scene, lambda t: louder * drive(t), self.duration, sample_period=period, jumps=jumps
-            )
+            own = run(scene, lambda t: louder * drive(t), self.duration, sample_period=period, jumps=jumps)
         except (ValueError, ArithmeticError) as problem:
             return np.zeros((0, 1, 3)), f"can't be simulated: {problem}"
         if keep:
             count = min(MOST_TORQUES, max(2, round(self.duration / scene.solver.step) + 1))
             efforts = louder * np.array([drive(t) for t in np.linspace(0.0, self.duration, count)])
-            self.motion = run.joint_position, run.joint_velocity, efforts
-        return run.link_end[:, list(scene.tips)], "" if run.status == "ok" else run.status
+            self.motion = own.joint_position, own.joint_velocity, efforts
+        return own.link_end[:, list(scene.tips)], "" if own.status == "ok" else own.status
 
     def distance(self, scene: Scene) -> tuple[float, str]:
         """Largest distance, m, of a tip from that of the trial's own run; infinite with a reason."""

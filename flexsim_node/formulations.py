@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from pydantic import ValidationError
-
+from .decision import Apart, Chosen, millimetres
 from .dofs import is_planar
-from .effects import Drive, Trial, envelope_trials, everything_open_on, millimetres
-from .envelope import Envelope, hull
-from .schema import HELD_BY_FRAMES, Erls, Scene
+from .effects import Drive, Trial, envelope_trials
+from .envelope import hull
+from .schema import Erls, Scene
+from .variants import elements, everything_open_on, finer, in_formulation, more_elements
 
 DOUBLINGS = 2  # of elements and steps, at most, until their part in a distance no longer decides
 MOST_ELEMENTS = 16  # a link, to which that goes
@@ -25,128 +23,6 @@ CO_MOVING_UP_TO = {
 """Elements a link up to which co-moving frames are the cheaper ones, in the plane and in space."""
 IN_LOOPS = 2  # at least, where loops close the robot: closing costs both the same
 WITH_ALPHA = 1  # at most, where Rayleigh's alpha damps the elastic velocity: it costs co-moving frames more
-
-
-@dataclass(frozen=True)
-class Apart:
-    """Distance of a scene's tips between its formulation and another.
-
-    Attributes
-    ----------
-    own, other : formulations
-    distance : m, the largest at one time, with twice the elements and half the step (or more)
-    unsure : m, what these change of it
-    refused : why it isn't known, or ""
-    """
-
-    own: str
-    other: str
-    distance: float
-    unsure: float
-    refused: str = ""
-
-    @property
-    def most(self) -> float:
-        """m that the formulations are apart at most, as far as it is told; infinite where it isn't."""
-        return float("inf") if self.refused else self.distance + self.unsure
-
-
-@dataclass(frozen=True)
-class Chosen:
-    """The formulation that `auto` has taken, and why.
-
-    Attributes
-    ----------
-    scene : in that formulation; open effects are still open
-    apart : erls from co_moving, at most over the envelope; None where nothing was measured
-    why : a sentence
-    envelope : what the decision holds for, where erls was taken by a measurement
-    at_rest : whether the scene does not move, which decides nothing
-    """
-
-    scene: Scene
-    why: str
-    apart: Apart | None = None
-    envelope: Envelope | None = None
-    at_rest: bool = False
-
-    @property
-    def off(self) -> float:
-        """m of the tolerance that the formulation takes up, as far as it is known."""
-        measured = self.apart is not None and self.scene.formulation == "erls"
-        return self.apart.most if self.apart and measured else 0.0
-
-    def sentence(self) -> str:
-        """What was taken, and why."""
-        return f"formulation: {self.scene.formulation}; {self.why}"
-
-
-def in_formulation(scene: Scene, name: str) -> Scene:
-    """The scene in another formulation; open effects that co-moving frames hold are then on.
-
-    Raises
-    ------
-    ValueError
-        where that one does not take the scene
-    """
-    keys = scene.model_dump()
-    keys["formulation"] = name
-    if name == "co_moving":
-        if scene.erls.zeroed == "chord":
-            keys["erls"] = {"zeroed": "auto"}  # the chord again, should it come back
-        for effect in HELD_BY_FRAMES:
-            if keys["effects"][effect] == "auto":
-                keys["effects"][effect] = True
-    try:
-        return Scene.model_validate(keys)
-    except ValidationError as problem:
-        error = problem.errors()[0]
-        cause = error.get("ctx", {}).get("error")
-        key = ".".join(str(k) for k in getattr(cause, "path", ()))
-        said = error["msg"].removeprefix("Value error, ")
-        raise ValueError(f"{name} does not take the scene: {key} {said}") from None
-
-
-def nothing_left_out(scene: Scene) -> Scene:
-    """The scene with its open effects on, in co-moving frames where it leaves the formulation open.
-
-    Where those don't take the scene it stays with the ERLS.
-    """
-    on = everything_open_on(scene)
-    if on.formulation != "auto":
-        return on
-    try:
-        return in_formulation(on, "co_moving")
-    except ValueError:
-        return in_formulation(on, "erls")
-
-
-def more_elements(scene: Scene, times: int) -> Scene:
-    """The scene with `times` the elements in every flexible link."""
-    links = tuple(
-        link.model_copy(
-            update={"beam": link.beam.model_copy(update={"elements": times * link.beam.elements})}
-        )
-        if link.beam is not None and link.flexible
-        else link
-        for link in scene.links
-    )
-    return scene.model_copy(update={"links": links})
-
-
-def finer(scene: Scene, times: int) -> Scene:
-    """The scene with `times` the elements, and steps so many times shorter.
-
-    Explicit steps go with the squared length of an element; adaptive methods choose theirs.
-    """
-    parts = {"runge_kutta_4": times**2, "radau": 1, "dop853": 1}.get(scene.solver.method, times)
-    solver = scene.solver.model_copy(update={"step": scene.solver.step / parts})
-    return more_elements(scene, times).model_copy(update={"solver": solver})
-
-
-def elements(scene: Scene) -> int:
-    """The largest number of elements of a flexible link; 0 where none bends."""
-    return max((k.beam.elements for k in scene.links if k.beam is not None and k.flexible), default=0)
 
 
 def unknown(own: str, other: str, why: str) -> Apart:

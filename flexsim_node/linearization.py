@@ -12,12 +12,13 @@ from scipy.linalg import block_diag, cho_factor, cho_solve, eigh, expm
 
 from .assembly import Assembly
 from .chain import COUNT, FIRST
+from .decide import decided
 from .linear_outputs import linear_outputs
 from .model import Model, build_model
 from .reduced.layout import MODES, ROWS
+from .rest_shape import check_position, rest_shape, unknowns_at
 from .schema import Scene
 from .simulation import joint_index
-from .statics import check_position, rest_shape, unknowns_at
 from .tangent import damping_matrix, forces, mass_matrix, stiffness_matrix
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -196,7 +197,7 @@ def linearize(
         for a position of the wrong size, or outputs that don't exist
     """
     fixed = sorted({joint_index(scene, name) for name in held})
-    model = build_model(scene, driven=tuple(held))
+    model = build_model(decided(scene), driven=tuple(held))
     q = check_position(scene, position)
     turned = model.turned
     moving = np.setdiff1d(np.arange(model.unknowns), turned[fixed])

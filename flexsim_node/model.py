@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chain import Chain
-from .decision import Decision, resolve_effects
 from .dofs import is_planar
 from .erls import erls_condition
 from .scene import Scene, SceneError
@@ -36,7 +35,6 @@ class Model:
     zeroed : for each link the zeroed dofs, (node, dof) to a direction (6,) in beam axes
     limits : (7, 2) where the validity watch warns and stops
     driven : names of the joints whose motion is prescribed
-    decision : how what the scene leaves open (`auto`) was decided; `scene` is the decided one
     """
 
     scene: Scene
@@ -56,7 +54,6 @@ class Model:
     zeroed: list[dict[tuple[int, int], np.ndarray]]
     limits: np.ndarray
     driven: tuple[str, ...] = ()
-    decision: Decision | None = None
 
     @property
     def swings(self) -> bool:
@@ -91,11 +88,9 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
     ------
     SceneError
         where the zeroed dofs don't define the ERLS
+    Undecided
+        where the scene leaves something to `auto`: choosing takes runs, so it comes first (decide.py)
     """
-    decision = None
-    if scene.undecided:
-        decision = resolve_effects(scene)
-        scene = decision.scene
     if planar is None:
         planar = is_planar(scene)
     tables = Tables(scene, planar, driven)
@@ -118,7 +113,6 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         zeroed=tables.zeroed,
         limits=tables.limits,
         driven=driven,
-        decision=decision,
     )
     condition = erls_condition(chain, tables.zeroed, scene.start("position"))
     if not condition < CONDITION_LIMIT:

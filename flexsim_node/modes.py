@@ -10,12 +10,12 @@ from scipy.linalg import eigh, solve_triangular
 from .assembly import Assembly
 from .beam import AXIAL, BEND_Y, BEND_Z, LENGTH, SHEAR_Y, SHEAR_Z, TORSION, bending_stiffness
 from .chain import workspace
-from .decision import decided
+from .decide import decided
 from .element import element_row
 from .model import Model, build_model
 from .observation import Observation
+from .rest_shape import check_position, joint_motion, rest_shape, unknowns_at
 from .schema import Erls, Scene
-from .statics import check_position, joint_motion, rest_shape, unknowns_at
 from .tangent import damping_matrix, differences, elastic_stiffness, mass_matrix, stiffness_matrix
 
 KINDS = ("axial", "torsion", "bending_y", "bending_z")

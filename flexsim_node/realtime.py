@@ -87,6 +87,8 @@ class Loop:
     audience : callable
         Who listens and who commands now, as something that can be compared: lockstep shows its state again
         when somebody has come.
+    scope : Envelope, or None
+        That what the scene left to `auto` was decided over: the motion is held against it.
     """
 
     def __init__(
@@ -100,6 +102,7 @@ class Loop:
         command_timeout: float = 0.0,
         wait_for_command: bool = False,
         audience: Callable[[], Hashable] = lambda: None,
+        scope: Envelope | None = None,
     ) -> None:
         self.robot = robot
         self.steps = steps
@@ -108,8 +111,7 @@ class Loop:
         self.period = period
         self.command_timeout = command_timeout
         self._account = Account(Report(), robot.watch, robot.watch.so_far(), "")
-        decision = robot.model.decision
-        self._scope = None if decision is None else decision.envelope
+        self._scope = scope
         self._left = ""  # what has left the envelope that effects were decided over
         self.failure: Exception | None = None
         self.resets = 0  # to the first state

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import Any
 
 import numpy as np
 
@@ -19,11 +18,12 @@ from .integrators import METHODS
 from .kernel import entry
 from .model import Model, build_model
 from .observation import Observation
+from .rest_shape import rest_shape
 from .scene import Scene, SceneError
 from .sensors import Sensors
 from .singularity import NEAR, Singularity
-from .statics import rest_shape
 from .validity import ValidityWatch
+from .variants import opened
 
 
 class Simulation:
@@ -67,7 +67,7 @@ class Simulation:
         self.energies = np.zeros(3)
         self.faults: Faults | None = None
         self._plants = self._build(scene)
-        self.scene = scene = scene.model_copy(update=opened(self._plants[0][1].scene))
+        self.scene = scene
         n = self._plants[0][1].unknowns
         self._rates = Rates(n, self.step_size)
         self.x, self.v, self._acceleration = np.zeros(n), np.zeros(n), np.zeros((2, n))
@@ -87,12 +87,7 @@ class Simulation:
         planar = self.planar
         if planar is None and len(variants) > 1:
             planar = all(is_planar(variant) for _, variant in variants)
-        first = build_model(variants[0][1], planar, self.held)
-        # what is left open is decided once
-        decided = opened(first.scene)
-        built = [(variants[0][0], first)]
-        for step, variant in variants[1:]:
-            built.append((step, build_model(variant.model_copy(update=decided), planar, self.held)))
+        built = [(step, build_model(variant, planar, self.held)) for step, variant in variants]
         if any(model.unknowns != built[0][1].unknowns for _, model in built):
             raise SceneError(f"{scene.name}: faults: a payload changes the robot's degrees of freedom")
         return built
@@ -414,11 +409,6 @@ class Simulation:
             y[: self.model.joints][held] = given[held]
             copy_to_motors(self.model, y)
         drive_joints(self.model.chain, self.work, self.motion[0], self.x, self.v, np.zeros(self.x.size))
-
-
-def opened(scene: Scene) -> dict[str, Any]:
-    """The keys of a scene that `auto` decides."""
-    return {key: getattr(scene, key) for key in ("formulation", "erls", "effects")}
 
 
 def link_index(scene: Scene, name: str) -> int:

@@ -118,9 +118,10 @@ def study(
 
     from flexsim_node import resolve_effects
     from flexsim_node.dofs import is_planar
-    from flexsim_node.effects import Trial, effect_names, with_effect
-    from flexsim_node.formulations import formulations_apart, in_formulation
+    from flexsim_node.effects import Trial
+    from flexsim_node.formulations import formulations_apart
     from flexsim_node.step_cost import step_costs
+    from flexsim_node.variants import effect_names, in_formulation, with_effect
 
     limit = scene.tolerance
     assert limit is not None

@@ -11,8 +11,8 @@ import numpy as np
 
 from flexsim_node import Run, Scene, load_scene, natural_frequencies, simulate
 from flexsim_node.faults import COMMANDS, SENSORS
-from flexsim_node.formulations import in_formulation
 from flexsim_node.jumps import torque_jumps
+from flexsim_node.variants import in_formulation
 
 from .document import read_document
 from .estimate import SAFETY, settle

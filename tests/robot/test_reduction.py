@@ -15,8 +15,8 @@ from flexsim_node.model import build_model
 from flexsim_node.observation import Observation
 from flexsim_node.reduced import space
 from flexsim_node.reduced.layout import MODES, SHAPE
+from flexsim_node.rest_shape import rest_shape
 from flexsim_node.sensors import Sensors
-from flexsim_node.statics import rest_shape
 from flexsim_node.substitution import solve
 from flexsim_node.tangent import differences
 
