@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from flexsim_node import Scene, load_scene
-from flexsim_node.step_cost import step_costs
-from flexsim_node.variants import in_formulation
+from flexsim_node.analysis.step_cost import step_costs
+from flexsim_node.scene.variants import in_formulation
 
 CONFIG = Path(__file__).parents[1] / "config"
 ELEMENTS = (1, 2, 4, 8)

@@ -41,18 +41,27 @@ from sensor_msgs.msg import JointState, PointCloud2
 from simulation_interfaces.msg import EntityState
 from std_msgs.msg import Float64MultiArray, String
 
-from . import conversions
-from .commands import CommandRefused, Commands
-from .decide import decide
+from .analysis.decide import decide
 from .integrators import METHODS
-from .link_motion import link_motion
-from .pace import PRIORITY, SECOND, go_first, threads
-from .realtime import Loop, Output
-from .robot_description import robot_description
-from .scene import Scene, SceneError, faults_from_text, load_scene
-from .sensor_messages import SensorMessages
-from .settings import CHANGEABLE, OVERRIDE, SettingError, Settings, changed, meanings, schedule, settings
-from .simulation import Simulation
+from .motion.link_motion import link_motion
+from .motion.simulation import Simulation
+from .scene.load import Scene, SceneError, faults_from_text, load_scene
+from .service import conversions
+from .service.commands import CommandRefused, Commands
+from .service.pace import PRIORITY, SECOND, go_first, threads
+from .service.realtime import Loop, Output
+from .service.robot_description import robot_description
+from .service.sensor_messages import SensorMessages
+from .service.settings import (
+    CHANGEABLE,
+    OVERRIDE,
+    SettingError,
+    Settings,
+    changed,
+    meanings,
+    schedule,
+    settings,
+)
 
 NAME = "flexsim_node"
 QUEUE = QoSProfile(depth=10)

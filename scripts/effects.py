@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from flexsim_node import Scene
-    from flexsim_node.schema import Link
+    from flexsim_node.scene.schema import Link
 
 TOLERANCE = 1e-4  # m, where neither the scene nor the words give one
 MICRO, MILLI = 1e6, 1e3
@@ -117,11 +117,11 @@ def study(
     from rich.progress import track
 
     from flexsim_node import resolve_effects
-    from flexsim_node.dofs import is_planar
-    from flexsim_node.effects import Trial
-    from flexsim_node.formulations import formulations_apart
-    from flexsim_node.step_cost import step_costs
-    from flexsim_node.variants import effect_names, in_formulation, with_effect
+    from flexsim_node.analysis.effects import Trial
+    from flexsim_node.analysis.formulations import formulations_apart
+    from flexsim_node.analysis.step_cost import step_costs
+    from flexsim_node.model.dofs import is_planar
+    from flexsim_node.scene.variants import effect_names, in_formulation, with_effect
 
     limit = scene.tolerance
     assert limit is not None

@@ -136,7 +136,7 @@ def workspace(
     from rich.console import Console
     from rich.progress import track
 
-    from flexsim_node.modes import frequencies_at, spatial_model
+    from flexsim_node.analysis.modes import frequencies_at, spatial_model
 
     names = scene.joint_names
     for joint, *_ in grids:
@@ -186,7 +186,7 @@ def figures(
     count: int,
 ) -> dict[str, Any]:
     """Return what there is to say of the modes, SI units and Hz."""
-    from flexsim_node.modes import KINDS
+    from flexsim_node.analysis.modes import KINDS
 
     shown = min(count, len(shapes.frequency))
     modes = [

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from flexsim_node import Scene
-from flexsim_node.element import stiffening
-from flexsim_node.erls import beam_axes
-from flexsim_node.schema import Beam, Link
-from flexsim_node.section import section
+from flexsim_node.elements.element import stiffening
+from flexsim_node.elements.section import section
+from flexsim_node.model.erls import beam_axes
+from flexsim_node.scene.schema import Beam, Link
 
 from ..bag import Bag, BagError
 from ..bag.messages import Gathered, Messages, Thinner

@@ -5,11 +5,11 @@ import pytest
 from scenes import link, robot, two_link
 
 from flexsim_node import SceneError, linearize, load_scene, natural_frequencies, resolve_effects, simulate
-from flexsim_node.decide import SHARE, decide
-from flexsim_node.effects import Trial, envelope_trials
-from flexsim_node.step_cost import step_costs
-from flexsim_node.torque_profile import torque_profile
-from flexsim_node.variants import with_effect
+from flexsim_node.analysis.decide import SHARE, decide
+from flexsim_node.analysis.effects import Trial, envelope_trials
+from flexsim_node.analysis.step_cost import step_costs
+from flexsim_node.scene.torque_profile import torque_profile
+from flexsim_node.scene.variants import with_effect
 
 OPEN = {"effects": "auto", "duration": 0.2, "damping": {"alpha": 2.0, "beta": 5e-4}}
 

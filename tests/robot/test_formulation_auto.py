@@ -5,16 +5,16 @@ import pytest
 from scenes import link, robot
 
 from flexsim_node import SceneError, linearize, load_scene, natural_frequencies, resolve_effects, simulate
-from flexsim_node.decide import SHARE, decide
-from flexsim_node.effects import Trial
-from flexsim_node.formulations import DOUBLINGS, distance_of
-from flexsim_node.model import build_model
-from flexsim_node.schema import Undecided
-from flexsim_node.simulation import Simulation
-from flexsim_node.step_cost import step_costs
-from flexsim_node.tables import Tables
-from flexsim_node.torque_profile import torque_profile
-from flexsim_node.variants import finer, in_formulation
+from flexsim_node.analysis.decide import SHARE, decide
+from flexsim_node.analysis.effects import Trial
+from flexsim_node.analysis.formulations import DOUBLINGS, distance_of
+from flexsim_node.analysis.step_cost import step_costs
+from flexsim_node.model.model import build_model
+from flexsim_node.model.tables import Tables
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.scene.schema import Undecided
+from flexsim_node.scene.torque_profile import torque_profile
+from flexsim_node.scene.variants import finer, in_formulation
 
 SOFT, STIFF = 7e8, 2e11
 
@@ -126,7 +126,7 @@ def test_a_payload_that_comes_in_flight_changes_no_decision():
 
 def test_the_same_scene_gets_the_same_decision():
     """Made anew, with nothing kept, it is the same to the last digit."""
-    from flexsim_node.decide import _resolved
+    from flexsim_node.analysis.decide import _resolved
 
     scene = arm(STIFF)
     first = resolve_effects(scene)
@@ -257,7 +257,7 @@ def test_a_mesh_that_is_too_coarse_for_the_tolerance_is_said():
 
 def test_cheap_frames_are_not_taken_where_only_they_need_more_elements(monkeypatch):
     """Were the ERLS good enough with its mesh and co-moving frames not, the ERLS would be taken."""
-    from flexsim_node import formulations
+    from flexsim_node.analysis import formulations
 
     changes = {"co_moving": 1e-3, "erls": 1e-6}
     monkeypatch.setattr(formulations, "twice_the_elements", lambda _, scene: changes[scene.formulation])
