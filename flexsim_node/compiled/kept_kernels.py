@@ -58,7 +58,8 @@ def forget_stale_kernels(package: Path) -> None:
     compiled = [*package.rglob("*.nbi"), *package.rglob("*.nbc")]  # in the __pycache__ beside each source
     if not compiled:
         return
-    compiles = re.compile(r"from \.+kernel import|NamedTuple|intrinsic")  # kernels, their arrays and own code
+    # kernels, their arrays and own code
+    compiles = re.compile(r"from \.+(compiled\.)?kernel import|NamedTuple|intrinsic")
     newest = max(
         path.stat().st_mtime for path in package.rglob("*.py") if compiles.search(path.read_text("utf-8"))
     )
@@ -70,4 +71,4 @@ def forget_stale_kernels(package: Path) -> None:
 
 if not config.DISABLE_JIT:
     find_room(nothing)
-    forget_stale_kernels(Path(__file__).parent)
+    forget_stale_kernels(Path(__file__).parents[1])

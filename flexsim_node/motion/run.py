@@ -46,7 +46,7 @@ class Run:
     status : "ok", or the reason why the run ended before its time (its samples end there too)
     node_names : (N,) link/number
     sensors : name of each of the scene's sensors to its readings, (K,) strain, (K, 10) imu, (K, 7) pose,
-        (K, 6) section_force; see sensors.py
+        (K, 6) section_force; see instruments.py
     decision : the formulation and effects that were simulated, where the scene leaves any to `auto`
     """
 

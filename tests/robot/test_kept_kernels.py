@@ -51,7 +51,7 @@ print(config.CACHE_DIR)
 
 
 @pytest.mark.parametrize(
-    ("package", "module"), [("flexsim_node", "kept_kernels"), ("thermal_node", "compiled")]
+    ("package", "module"), [("flexsim_node.compiled", "kept_kernels"), ("thermal_node", "compiled")]
 )
 @pytest.mark.parametrize("script", [FULL, TORN, NOWHERE])
 def test_a_bad_disk_costs_a_compilation(tmp_path: Path, script: str, package: str, module: str) -> None:

@@ -15,7 +15,7 @@ section before (for a link's first element turned by the joint) and an element's
 so that N is the field of beam.py, small about the chord, half of the twist each way, and rotations from
 element to element are finite and exact.  Nothing depends on what is before but through the frames: stiffness
 is block-diagonal in the elements, and mass is eliminated from the tip to the base with one matrix over a
-section's acceleration (elimination.py, substitution.py).  q is the motor's angle.  Bodies at a link's end
+section's acceleration (solve/co_moving_*.py).  q is the motor's angle.  Bodies at a link's end
 ride on its last section.
 
 The chord, and not the section at the start, carries an element because nodes then stay where they are when

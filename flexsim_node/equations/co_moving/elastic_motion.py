@@ -1,4 +1,4 @@
-"""Momenta M y of co-moving frames at rates y, of the links as they are; for ../damping.py."""
+"""Momenta M y of co-moving frames at rates y, of the links as they are; for damping.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""kinematics.py for links in one plane: rows are (ux, uy, rz), joints turn about z or are fixed."""
+"""nodal_motion.py for links in one plane: rows are (ux, uy, rz), joints turn about z or are fixed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""kinematics.py in space: rows are (ux, uy, uz, rx, ry, rz), joints turn, slide or are fixed."""
+"""nodal_motion.py in space: rows are (ux, uy, uz, rx, ry, rz), joints turn, slide or are fixed."""
 
 from __future__ import annotations
 

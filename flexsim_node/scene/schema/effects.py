@@ -10,7 +10,7 @@ from .part import Part
 
 HELD_BY_FRAMES = ("centrifugal", "coriolis")  # effects that co-moving frames hold by their geometry
 
-Switch = bool | Literal["auto"]  # auto: decided by what leaving it out changes at the tip (../effects.py)
+Switch = bool | Literal["auto"]  # auto: decided by what leaving it out changes at the tip
 
 
 class Effects(Part):

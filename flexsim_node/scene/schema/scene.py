@@ -94,7 +94,7 @@ class Scene(Part):
     damping: Damping = Damping()
     links: Annotated[tuple[Link, ...], Field(min_length=1)]
     loops: tuple[ClosingJoint, ...] = ()
-    formulation: Literal["erls", "co_moving", "auto"] = "erls"  # auto: see ../formulations.py
+    formulation: Literal["erls", "co_moving", "auto"] = "erls"  # auto: analysis/formulations.py
     reduction: Reduction | None = None
     erls: Erls = Erls()
     initial: Initial = Initial()
