@@ -3,8 +3,8 @@
     python benchmarks/formulation_cost.py [--quick] [--json]
 
 The steps are taken in turns in one process, so that what else the machine does meets both alike; each
-figure is the median ratio with half of its 95 % interval.  `cheaper_co_moving` (flexsim_node/analysis/formulations.py)
-follows them: up to so many elements a link co-moving frames are clearly the cheaper ones.
+figure is the median ratio with half of its 95 % interval.  `cheaper_co_moving` (in
+flexsim_node/analysis/formulations.py) follows them: up to so many elements a link co-moving frames are clearly the cheaper ones.
 """
 
 from __future__ import annotations

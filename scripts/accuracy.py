@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .simulate import number, setting
 from .terminal.report import print_json, print_table
+from .terminal.setting import number, setting
 
 if TYPE_CHECKING:
     from .study.choice import Choice, Cost, Truth

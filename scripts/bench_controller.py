@@ -88,7 +88,7 @@ def command(
 
     from .bench.cases import move
     from .bench.rig import command as words_of
-    from .simulate import setting
+    from .terminal.setting import setting
 
     overrides = dict(setting(words) for words in settings)
     try:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .simulate import setting
 from .terminal.progress import Progress
 from .terminal.report import print_json, print_table
+from .terminal.setting import setting
 
 if TYPE_CHECKING:
     from thermal_node import Run, Scene

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .simulate import setting
 from .terminal.report import print_json, print_table
 from .terminal.robot_option import robot_option
+from .terminal.setting import setting
 
 if TYPE_CHECKING:
     import numpy as np

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -12,7 +11,6 @@ from .terminal.progress import Progress
 from .terminal.report import print_json, print_table, say
 
 if TYPE_CHECKING:
-    from .bag import Bag
     from .bag.qos import Qos
     from .health.examination import Examination
     from .health.timing import Timing
@@ -38,6 +36,7 @@ def command(bag: str, quick: bool, as_json: bool) -> None:
       flexsim info run --json
     """
     from .bag import Bag
+    from .bag.description import describe
 
     opened = Bag(bag)
     found = describe(opened)
@@ -61,57 +60,6 @@ def command(bag: str, quick: bool, as_json: bool) -> None:
         print_json(found)
     else:
         print_info(found)
-
-
-def describe(bag: Bag) -> dict[str, Any]:
-    """Return what the index says, and which scenes ran, for the table and for --json."""
-    from .bag.opening import described
-    from .bag.scenes import scenes_in
-
-    return {
-        "bag": str(bag.path),
-        **described(bag.opened),
-        "files": [file.name for file in bag.opened.names],
-        "bytes": bag.size,
-        "start": moment(bag.start) if bag.count else None,
-        "duration": round(bag.duration, 6),
-        "messages": bag.count,
-        "complete": bag.complete,
-        "damages": [str(damage) for damage in bag.damages],
-        "scenes": {
-            node: {
-                "name": one.scene.name,
-                "hash": one.scene.hash,
-                "file": one.scene.file,
-                "overrides": dict(one.scene.overrides),
-                "versions": dict(one.scene.versions),
-            }
-            if one.scene
-            else {"why_not": one.why_not}
-            for node, one in scenes_in(bag).items()
-        },
-        "topics": {
-            topic.name: {
-                "type": topic.type,
-                "types": topic.types,
-                "encoding": topic.encoding,
-                "not_decoded": bag.why_not(topic.name),
-                "hash": topic.hash,
-                "messages": topic.count,
-                "rate": round(topic.count / bag.duration, 3) if bag.duration else None,
-                "qos": topic.profiles,
-            }
-            for topic in sorted(bag.topics.values(), key=lambda t: t.name)
-        },
-    }
-
-
-def moment(time: int) -> str:
-    """Write a log time, ns since the epoch; as seconds where no calendar has it."""
-    try:
-        return datetime.fromtimestamp(time * 1e-9).astimezone().isoformat()
-    except (ValueError, OverflowError, OSError):
-        return f"{time * 1e-9:.0f} s"
 
 
 def timing_figures(timing: Timing) -> dict[str, Any]:

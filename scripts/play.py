@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .simulate import setting
 from .terminal.report import print_json, print_table, say
 from .terminal.robot_option import robot_option
+from .terminal.setting import setting
 from .terminal.stop import Stop, stopped_by_signals
 
 if TYPE_CHECKING:
@@ -232,9 +232,9 @@ def once_more(
     bag: Bag, scene: str | None, settings: dict[str, Any], output: str | None, as_json: bool
 ) -> None:
     """Drive a robot through a recorded run, record it, and compare."""
-    from .compare import as_mapping, print_differences
     from .comparison.bags import compare_bags
     from .comparison.scenes import scenes
+    from .comparison.table import as_mapping, print_differences
     from .replay.again import again
 
     target = Path(output or f"{bag.path.with_suffix('')}_again")

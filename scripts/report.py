@@ -62,13 +62,13 @@ def command(bag: str, output: str | None, scene: str | None, robot: str, as_json
 
 def look(bag: Bag, scene: Path | None, progress: Progress) -> tuple[dict[str, Any], list[Section]]:
     """Return figures and sections of all that a bag holds."""
+    from .bag.description import describe
     from .bag_report import door, robot
     from .bag_report.health import health_part
     from .bag_report.model import scene_of
     from .bag_report.page import Section
     from .bag_report.reading import Reading
     from .health.examination import examine
-    from .info import describe
 
     told = describe(bag)
     found: dict[str, Any] = {

@@ -12,6 +12,7 @@ import click
 
 from .terminal.report import print_json, print_table
 from .terminal.robot_option import robot_option
+from .terminal.setting import setting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -120,30 +121,6 @@ def load(path: Path, overrides: dict[str, Any], robot: str = "") -> Scene:
     if found.scene is None:
         raise ValueError(f"{path}: {found.why_not}; give the scene's file, and --torque {path}")
     return load_scene(found.scene.scene, overrides)
-
-
-def setting(words: str) -> tuple[str, Any]:
-    """Read KEY=VALUE, the value as YAML says it."""
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import YAMLError
-
-    key, equals, value = words.partition("=")
-    if not (key and equals):
-        raise click.UsageError(f"--set {words}: give KEY=VALUE, such as solver.step=5e-4")
-    try:
-        return key, number(value) if number(value) is not None else YAML(typ="safe").load(value)
-    except YAMLError:
-        raise click.UsageError(f"--set {words}: {value!r} is not a YAML value") from None
-
-
-def number(text: str) -> int | float | None:
-    """Read a number; YAML takes 5e-4, without a point, for a word."""
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return None
 
 
 def work(

@@ -362,7 +362,7 @@ class Simulation:
         return self.view
 
     def sense(self) -> dict[str, np.ndarray]:
-        """Readings of the scene's sensors by name (see instruments.py), in buffers that the next call overwrites.
+        """Readings of the scene's sensors by name (instruments.py), in buffers that the next call overwrites.
 
         Of what the step resolves accelerations are those of the equations at this state, under the loads in
         force; of loads that are held and jump from step to step, under the mean of before and after the jump

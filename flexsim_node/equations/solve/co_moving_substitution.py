@@ -1,4 +1,4 @@
-"""Solving with the factors of co_moving_factorization.py: loads go from the tips to the base, answers come back."""
+"""Solving with the factors of co_moving_factorization.py: loads go to the base, answers come back."""
 
 from __future__ import annotations
 
