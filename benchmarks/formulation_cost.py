@@ -4,7 +4,8 @@
 
 The steps are taken in turns in one process, so that what else the machine does meets both alike; each
 figure is the median ratio with half of its 95 % interval.  `cheaper_co_moving` (in
-flexsim_node/analysis/formulations.py) follows them: up to so many elements a link co-moving frames are clearly the cheaper ones.
+flexsim_node/analysis/formulations.py) follows them: up to so many elements a link
+co-moving frames are clearly the cheaper ones.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Stress along the links, from elastic states and the sections of the scene.
 
-At the ends of each element its strains follow from its nodes (flexsim_node/elements/beam.py): extension
-with, under the effect `centrifugal`, the mean of half the squared slope; the curvatures of its cubics; its twist. With
+At the ends of each element its strains follow from its nodes (elements/beam.py): extension with, under
+the effect `centrifugal`, the mean of half the squared slope; the curvatures of its cubics; its twist. With
 the formulation `co_moving`, whose turns may be large, all is taken about each element's chord. Of a
 section's points the worst is taken: normal stress where both bendings and the axial force add up, and with
 it, by von Mises, the largest shear of torsion and of the transverse forces, which in a rectangle lie

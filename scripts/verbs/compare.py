@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .terminal.output_file import OutputFile
-from .terminal.progress import Progress
-from .terminal.report import print_json
-from .terminal.robot_option import robot_option
+from ..terminal.output_file import OutputFile
+from ..terminal.progress import Progress
+from ..terminal.report import print_json
+from ..terminal.robot_option import robot_option
 
 if TYPE_CHECKING:
-    from .comparison.difference import Comparison
+    from ..comparison.difference import Comparison
 
 
 @click.command()
@@ -68,10 +68,10 @@ def command(
       flexsim compare run again --plot difference.png --save both.rrd
       flexsim compare run again --align elapsed --topic /joint_states
     """
-    from .bag import Bag, BagError
-    from .comparison.saved_run import compared, is_saved, read
-    from .comparison.scenes import scenes
-    from .comparison.table import as_mapping, print_differences
+    from ..bag import Bag, BagError
+    from ..comparison.saved_run import compared, is_saved, read
+    from ..comparison.scenes import scenes
+    from ..comparison.table import as_mapping, print_differences
 
     if robot and not (plot or save or is_saved(Path(first)) or is_saved(Path(second))):
         raise click.UsageError(
@@ -91,12 +91,12 @@ def command(
     if not (is_saved(Path(first)) or is_saved(Path(second))):
         result["scenes"] = scenes(Bag(first), Bag(second))
     if plot:
-        from .comparison.picture import draw
+        from ..comparison.picture import draw
 
         draw(shown, Path(plot), (Path(first).name, Path(second).name), robot)
         result["plot"] = plot
     if save:
-        from .comparison.recording import record
+        from ..comparison.recording import record
 
         result["rows"] = record(shown, Path(save), (Path(first).name, Path(second).name), scale, robot)
         result["recording"] = save
@@ -127,7 +127,7 @@ def refuse(found: Comparison, exact: bool, tolerance: float | None) -> None:
 
 def since(found: Comparison) -> str:
     """Say since when runs differ."""
-    from .comparison.table import time_of
+    from ..comparison.table import time_of
 
     return "" if found.since is None else f" since {time_of(found.since)} s"
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.report import print_json, print_table
-from .terminal.setting import number, setting
+from ..terminal.report import print_json, print_table
+from ..terminal.setting import number, setting
 
 if TYPE_CHECKING:
-    from .study.choice import Choice, Cost, Truth
-    from .study.point import Measure, Outcome, Reference, Study
-    from .study.store import Store
+    from ..study.choice import Choice, Cost, Truth
+    from ..study.point import Measure, Outcome, Reference, Study
+    from ..study.store import Store
 
 ROBOT_DURATION, DOOR_DURATION = 0.5, 3600.0
 LOAD = 0.2
@@ -81,8 +81,8 @@ def command(
     """
     if not Path(scene).is_file():
         raise click.ClickException(f"{scene} does not exist; give a scene's YAML file")
-    from .study.machine import versions
-    from .study.store import Store
+    from ..study.machine import versions
+    from ..study.store import Store
 
     folder = Path(output or f"accuracy_{name_of(scene, dict(map(setting, settings)))}")
     allowed = asked("--budget", budget, ("us", "µs", "ms", "s"))
@@ -94,8 +94,10 @@ def command(
     with Store(folder, Path(scene).read_bytes(), fresh) as store:
         # From here on the scene's file is not read again.
         study = study_of(str(store.scene), dict(map(setting, settings)), duration, sines, vary, quick, finer)
-        package = Path(__file__).parents[1] / ("flexsim_node" if robot else "thermal_node")
-        store.begin(study.fingerprint, versions(package, Path(__file__).parent / "study"), across_versions)
+        package = Path(__file__).parents[2] / ("flexsim_node" if robot else "thermal_node")
+        store.begin(
+            study.fingerprint, versions(package, Path(__file__).parents[1] / "study"), across_versions
+        )
         if store.dropped:
             click.echo(f"{store.dropped} damaged lines of {folder}/points.jsonl are run again.", err=True)
         found, outcomes, choice, cost = carried_out(study, scene, store, rate, allowed, exact)
@@ -111,7 +113,7 @@ def carried_out(
     study: Any, scene: str, store: Store, rate: float, allowed: float | None, exact: float | None
 ) -> tuple[dict[str, Any], list[Outcome], Choice, Cost]:
     """Run the study, choose, and find out what the choice depends on."""
-    from .study.choice import Cost, choose, truth_of
+    from ..study.choice import Cost, choose, truth_of
 
     robot = study.kind == "robot"
     cost = Cost(rate if robot else None)
@@ -136,7 +138,7 @@ def carried_out(
 
 def put_into(scene: Path, study: Any, store: Store, choice: Choice) -> str:
     """Put what the study changed into the scene's file, and return its path."""
-    from .study.writing import put, written
+    from ..study.writing import put, written
 
     if choice.outcome is None:
         raise click.ClickException(f"nothing written: {choice.sentence}")
@@ -176,12 +178,12 @@ def study_of(
     """Return the study that fits the scene's model."""
     axes = dict(map(axis, vary))
     if model_of(Path(scene)) == "fire_door":
-        from .study.door import DoorStudy
+        from ..study.door import DoorStudy
 
         if sines:
             raise click.UsageError("--sine: a door has no joints; leave it out")
         return DoorStudy(scene, overrides, duration or DOOR_DURATION, axes, quick, finer)
-    from .study.robot import RobotStudy
+    from ..study.robot import RobotStudy
 
     return RobotStudy(
         scene, overrides, duration or ROBOT_DURATION, dict(map(sine, sines)), axes, quick, finer
@@ -220,7 +222,7 @@ def axis(words: str) -> tuple[str, list[Any]]:
 
 def asked(option: str, text: str | None, units: tuple[str, ...]) -> float | None:
     """Read a quantity that an option asks for."""
-    from .study.choice import quantity
+    from ..study.choice import quantity
 
     try:
         return None if text is None else quantity(text, units)
@@ -233,7 +235,7 @@ def carry_out(study: Study, store: Store) -> tuple[Reference, list[Outcome]]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from .terminal.stop import stopped_by_signals
+    from ..terminal.stop import stopped_by_signals
 
     points = study.points()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -282,11 +284,11 @@ def report(
     import json
     import math
 
-    from .study.choice import conditions_said, frontier
-    from .study.diagram import draw
-    from .study.machine import machine
-    from .study.order import observed_orders
-    from .terminal.report import finite
+    from ..study.choice import conditions_said, frontier
+    from ..study.diagram import draw
+    from ..study.machine import machine
+    from ..study.order import observed_orders
+    from ..terminal.report import finite
 
     diagrams = {}
     for measure in study.measures:
@@ -346,7 +348,7 @@ def print_study(
     found: dict[str, Any], measures: tuple[Measure, ...], outcomes: list[Outcome], cost: Cost
 ) -> None:
     """Print the frontier, what did not run, and the sentence."""
-    from .study.choice import duration_said, formulations_said
+    from ..study.choice import duration_said, formulations_said
 
     by_name = {o.point: o for o in outcomes}
     best = [by_name[name] for name in found["frontier"]]

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.output_file import OutputFile
-from .terminal.progress import Progress
-from .terminal.report import print_json, print_table
-from .terminal.robot_option import robot_option
+from ..terminal.output_file import OutputFile
+from ..terminal.progress import Progress
+from ..terminal.report import print_json, print_table
+from ..terminal.robot_option import robot_option
 
 if TYPE_CHECKING:
-    from .bag import Bag
-    from .bag_report.page import Section
+    from ..bag import Bag
+    from ..bag_report.page import Section
 
 
 @click.command()
@@ -37,7 +37,7 @@ def command(bag: str, output: str | None, scene: str | None, robot: str, as_json
       flexsim report run
       flexsim report run --scene config/anthropomorphic.yaml -o run.html --json
     """
-    from .bag import Bag
+    from ..bag import Bag
 
     opened = Bag(bag, robot)
     opened.needs_messages()
@@ -48,7 +48,7 @@ def command(bag: str, output: str | None, scene: str | None, robot: str, as_json
     found, sections = look(opened, None if scene is None else Path(scene), progress)
     progress.clear()
 
-    from .bag_report.page import page
+    from ..bag_report.page import page
 
     about = f"{found['duration']:.1f} s, recorded from {found['start']}; {found['messages']} messages"
     target.write_text(page(f"{opened.path.resolve().name}", about, sections), encoding="utf-8")
@@ -62,13 +62,13 @@ def command(bag: str, output: str | None, scene: str | None, robot: str, as_json
 
 def look(bag: Bag, scene: Path | None, progress: Progress) -> tuple[dict[str, Any], list[Section]]:
     """Return figures and sections of all that a bag holds."""
-    from .bag.description import describe
-    from .bag_report import door, robot
-    from .bag_report.health import health_part
-    from .bag_report.model import scene_of
-    from .bag_report.page import Section
-    from .bag_report.reading import Reading
-    from .health.examination import examine
+    from ..bag.description import describe
+    from ..bag_report import door, robot
+    from ..bag_report.health import health_part
+    from ..bag_report.model import scene_of
+    from ..bag_report.page import Section
+    from ..bag_report.reading import Reading
+    from ..health.examination import examine
 
     told = describe(bag)
     found: dict[str, Any] = {

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.progress import Progress
-from .terminal.report import print_json, print_table
-from .terminal.setting import setting
+from ..terminal.progress import Progress
+from ..terminal.report import print_json, print_table
+from ..terminal.setting import setting
 
 if TYPE_CHECKING:
     from thermal_node import Run, Scene
@@ -220,7 +220,7 @@ def measured_furnace(path: Path) -> dict[str, Any]:
         return {"curve": "measured", "file": str(path.absolute())}
     import numpy as np
 
-    from .bag import Bag, BagError
+    from ..bag import Bag, BagError
 
     bag = Bag(path)
     recorded = {t.name for t in bag.topics.values() if t.type == FURNACE_TYPE and t.count}

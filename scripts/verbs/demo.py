@@ -10,10 +10,10 @@ from typing import Any
 
 import click
 
-from .terminal.report import print_json, print_table
-from .terminal.stop import Stop, stopped_by_signals
+from ..terminal.report import print_json, print_table
+from ..terminal.stop import Stop, stopped_by_signals
 
-CONFIG = Path(__file__).resolve().parent.parent / "config"
+CONFIG = Path(__file__).resolve().parents[2] / "config"
 SCENE = CONFIG / "anthropomorphic.yaml"
 PARAMETERS = CONFIG / "demo.params.yaml"
 # The kernels may have to be compiled first, on a slow machine.
@@ -49,7 +49,7 @@ def command(output: str | None, duration: float, as_json: bool) -> None:
             run(folder, moves, stopped)
             found = look(folder, moves, stopped)
     except (RuntimeError, TimeoutError) as problem:
-        from .trial.busy import too_busy
+        from ..trial.busy import too_busy
 
         if busy := too_busy(folder / "bag"):
             raise RuntimeError(f"{busy}. What it led to: {problem}") from None
@@ -95,7 +95,7 @@ def timing(duration: float) -> dict[str, float]:
 
 def run(folder: Path, moves: dict[str, float], stopped: Stop) -> None:
     """Run robot, controller and recorder until the controller's time is over."""
-    from .trial.processes import COMMAND, CONTROLLER, NODE, own_domain, processes
+    from ..trial.processes import COMMAND, CONTROLLER, NODE, own_domain, processes
 
     environment = own_domain()
     parameters = ["--ros-args", "--params-file", str(PARAMETERS), "-p", f"scene:={SCENE}"]
@@ -127,13 +127,13 @@ def look(folder: Path, moves: dict[str, float], stopped: Stop) -> dict[str, Any]
 
     from flexsim_node import load_scene
 
-    from .bag import Bag
-    from .controller import Move
-    from .rerun_view import viewer
-    from .rerun_view.bag import show
-    from .trial.busy import too_busy
-    from .trial.figures import figures
-    from .trial.picture import draw
+    from ..bag import Bag
+    from ..controller import Move
+    from ..rerun_view import viewer
+    from ..rerun_view.bag import show
+    from ..trial.busy import too_busy
+    from ..trial.figures import figures
+    from ..trial.picture import draw
 
     bag = folder / "bag"
     say("looking at the bag")

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.report import print_json, print_table
-from .terminal.setting import setting
+from ..terminal.report import print_json, print_table
+from ..terminal.setting import setting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -85,7 +85,7 @@ def command(
     if save and model is not None:
         write(shapes, model, over, Path(save))
     if plot:
-        from .modes_view.picture import draw
+        from ..modes_view.picture import draw
 
         drawn = over and (over[0], over[1][:, [loaded_scene.joint_names.index(n) for n in over[0]]], over[2])
         draw(f"{loaded_scene.name}: modes, joints {'free' if free else 'locked'}", shapes, drawn, Path(plot))

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.report import print_json, print_table, say
-from .terminal.robot_option import robot_option
-from .terminal.setting import setting
-from .terminal.stop import Stop, stopped_by_signals
+from ..terminal.report import print_json, print_table, say
+from ..terminal.robot_option import robot_option
+from ..terminal.setting import setting
+from ..terminal.stop import Stop, stopped_by_signals
 
 if TYPE_CHECKING:
-    from .bag import Bag
-    from .ros.player import Player
+    from ..bag import Bag
+    from ..ros.player import Player
 
 # What the robot did.
 ROBOT = ("sensor_msgs/msg/JointState", "flexsim_msgs/msg/ElasticState", "sensor_msgs/msg/PointCloud2")
@@ -97,14 +97,14 @@ def command(
     shaped = clock or remap or profiles or qos
     if lockstep and (topics or without or loop or start_offset or start_paused or rate != 1.0 or shaped):
         raise click.UsageError("--lockstep drives the whole run: give neither topics nor timing.")
-    from .bag import Bag
+    from ..bag import Bag
 
     found = Bag(bag, robot)
     if lockstep:
         once_more(found, scene, dict(map(setting, settings)), output, as_json)
         return
-    from .bag.topics import chosen
-    from .ros.player import Timing
+    from ..bag.topics import chosen
+    from ..ros.player import Timing
 
     found.needs_messages()
     names = chosen(found, topics, without)
@@ -138,7 +138,7 @@ def renamed(bag: Bag, remap: tuple[str, ...]) -> dict[str, str]:
 
 def offered(bag: Bag, path: str | None, words: tuple[str, ...]) -> dict[str, Any]:
     """Return what is to be offered instead of what was recorded, by topic."""
-    from .ros.offered import override, read_overrides
+    from ..ros.offered import override, read_overrides
 
     found = read_overrides(Path(path)) if path else {}
     for one in words:
@@ -157,9 +157,9 @@ def publish(
     played: Played,
 ) -> None:
     """Play a bag until it is over."""
-    from .ros.context import tool_node
-    from .ros.player import Player, is_command
-    from .terminal.keys import keys
+    from ..ros.context import tool_node
+    from ..ros.player import Player, is_command
+    from ..terminal.keys import keys
 
     with tool_node("flexsim_play") as node, stopped_by_signals() as stopped, keys() as pressed:
         player = Player(
@@ -232,10 +232,10 @@ def once_more(
     bag: Bag, scene: str | None, settings: dict[str, Any], output: str | None, as_json: bool
 ) -> None:
     """Drive a robot through a recorded run, record it, and compare."""
-    from .comparison.bags import compare_bags
-    from .comparison.scenes import scenes
-    from .comparison.table import as_mapping, print_differences
-    from .replay.again import again
+    from ..comparison.bags import compare_bags
+    from ..comparison.scenes import scenes
+    from ..comparison.table import as_mapping, print_differences
+    from ..replay.again import again
 
     target = Path(output or f"{bag.path.with_suffix('')}_again")
     if target.exists():
@@ -250,7 +250,7 @@ def once_more(
         done = again(bag, target, Path(scene) if scene else None, settings, stopped, progress)
     if shown:
         click.echo("\r\x1b[K", err=True, nl=False)
-    from .bag import Bag as Reopened
+    from ..bag import Bag as Reopened
 
     again_bag = Reopened(target)
     found = compare_bags(bag, again_bag, robot_topics(bag), once=True)

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.report import print_json, print_table
-from .terminal.stop import stopped_by_signals
+from ..terminal.report import print_json, print_table
+from ..terminal.stop import stopped_by_signals
 
 if TYPE_CHECKING:
     from flexsim_node import Scene
 
-    from .bench.score import Score
-    from .bench.session import Delay, Session
-    from .controller.trajectory import Trajectory
+    from ..bench.score import Score
+    from ..bench.session import Delay, Session
+    from ..controller.trajectory import Trajectory
 
 
 @click.command()
@@ -86,9 +86,9 @@ def command(
     """
     from flexsim_node import SceneError, load_scene
 
-    from .bench.cases import move
-    from .bench.rig import command as words_of
-    from .terminal.setting import setting
+    from ..bench.cases import move
+    from ..bench.rig import command as words_of
+    from ..terminal.setting import setting
 
     overrides = dict(setting(words) for words in settings)
     try:
@@ -114,7 +114,7 @@ def command(
     if output is not None and not whole:
         click.echo(f"{output} is not drawn: a nominal run is lost", err=True)
     elif output is not None:
-        from .bench.picture import draw
+        from ..bench.picture import draw
 
         draw(session.recordings, wanted, f"{robot.name}: {' and '.join(controllers)}", output)
     if as_json:
@@ -130,8 +130,8 @@ def judged(
     rate: float, settle: float, only: tuple[str, ...], latency: bool,
 ) -> Session:  # fmt: skip
     """Put each controller through its runs."""
-    from .bench.rig import rig
-    from .bench.session import Session
+    from ..bench.rig import rig
+    from ..bench.session import Session
 
     with (
         stopped_by_signals() as stopped,

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.progress import Progress
-from .terminal.report import print_json, print_table, say
+from ..terminal.progress import Progress
+from ..terminal.report import print_json, print_table, say
 
 if TYPE_CHECKING:
-    from .bag.qos import Qos
-    from .health.examination import Examination
-    from .health.timing import Timing
+    from ..bag.qos import Qos
+    from ..health.examination import Examination
+    from ..health.timing import Timing
 
 # Of one kind, so many are printed; --json has more.
 MOST_PRINTED = 8
@@ -35,13 +35,13 @@ def command(bag: str, quick: bool, as_json: bool) -> None:
       flexsim info run
       flexsim info run --json
     """
-    from .bag import Bag
-    from .bag.description import describe
+    from ..bag import Bag
+    from ..bag.description import describe
 
     opened = Bag(bag)
     found = describe(opened)
     if not quick:
-        from .health.examination import examine
+        from ..health.examination import examine
 
         progress = Progress()
         begun = time.monotonic()

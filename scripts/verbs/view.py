@@ -9,11 +9,11 @@ from pathlib import Path
 
 import click
 
-from .terminal.output_file import OutputFile
-from .terminal.progress import Progress
-from .terminal.report import print_json, print_table
-from .terminal.robot_option import robot_option
-from .terminal.stop import stopped_by_signals
+from ..terminal.output_file import OutputFile
+from ..terminal.progress import Progress
+from ..terminal.report import print_json, print_table
+from ..terminal.robot_option import robot_option
+from ..terminal.stop import stopped_by_signals
 
 APPLICATION = "flexsim"
 
@@ -87,15 +87,15 @@ def view_bag(
     as_json: bool,
 ) -> None:
     """Convert a bag and show it."""
-    from .bag import Bag
+    from ..bag import Bag
 
     begun = time.monotonic()
     bag = Bag(path, robot)
 
     import rerun as rr
 
-    from .rerun_view import viewer
-    from .rerun_view.bag import show
+    from ..rerun_view import viewer
+    from ..rerun_view.bag import show
 
     recording = rr.RecordingStream(APPLICATION)
     target = viewer.attach(recording, save=save, serve=serve, web=web)
@@ -162,12 +162,12 @@ def view_live(
     as_json: bool,
 ) -> None:
     """Show a running robot or door until Ctrl-C."""
-    from .ros.context import tool_node
+    from ..ros.context import tool_node
 
     with tool_node("flexsim_view") as node, stopped_by_signals() as stopped:
         import rerun as rr
 
-        from .rerun_view import live, viewer
+        from ..rerun_view import live, viewer
 
         kind = live.kind_of(path)
         with live.simulator(node, path, stopped, kind) as simulator:

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .terminal.report import print_json, print_table
+from ..terminal.report import print_json, print_table
 
 
 @click.command()
@@ -28,7 +28,7 @@ def command(names: tuple[str, ...], listed: bool, as_json: bool) -> None:
     """
     from rich.progress import Progress
 
-    from .hard_cases import all_cases
+    from ..hard_cases import all_cases
 
     cases = all_cases()
     known = [case.name for case in cases]

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.report import print_json, print_table
-from .terminal.robot_option import robot_option
-from .terminal.setting import setting
+from ..terminal.report import print_json, print_table
+from ..terminal.robot_option import robot_option
+from ..terminal.setting import setting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from flexsim_node import Run, Scene
 
-    from .replay.drive import Drive
+    from ..replay.drive import Drive
 
 
 @click.command()
@@ -100,9 +100,9 @@ def is_bag(path: Path) -> bool:
 
 def driven(path: Path, scene: Scene, robot: str) -> Drive:
     """Return what drove a recorded robot; `scene` where the bag does not hold its own."""
-    from .bag import Bag
-    from .replay.drive import read_drive
-    from .replay.ticks import tick_by_tick
+    from ..bag import Bag
+    from ..replay.drive import read_drive
+    from ..replay.ticks import tick_by_tick
 
     drive = read_drive(Bag(path, robot))
     return tick_by_tick(drive, Bag(path, robot), scene if drive.scene is None else load(path, {}, robot))
@@ -114,8 +114,8 @@ def load(path: Path, overrides: dict[str, Any], robot: str = "") -> Scene:
 
     if not is_bag(path):
         return load_scene(path, overrides)
-    from .bag import Bag
-    from .bag.robot import robot_in
+    from ..bag import Bag
+    from ..bag.robot import robot_in
 
     found = robot_in(Bag(path, robot))
     if found.scene is None:
@@ -134,7 +134,7 @@ def work(
     """Simulate, with the compilation done before.  Returns the run and the s it took."""
     from flexsim_node import simulate
 
-    from .signals.torque import read_torque
+    from ..signals.torque import read_torque
 
     period = scene.solver.step if sample_period is None else sample_period
     stride = max(1, math.ceil(period / scene.solver.step - 1e-9))

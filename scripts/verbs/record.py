@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from .terminal.report import print_json, print_table
-from .terminal.stop import Stop, stopped_by_signals
+from ..terminal.report import print_json, print_table
+from ..terminal.stop import Stop, stopped_by_signals
 
 MEGABYTE = 1_000_000
 
@@ -80,9 +80,9 @@ def record(
     max_duration: float = 0.0,
 ) -> dict[str, Any]:
     """Record until asked to stop; returns what was recorded."""
-    from .bag import BagWriter
-    from .ros.context import tool_node
-    from .ros.recorder import POLL_PERIOD, Recorder
+    from ..bag import BagWriter
+    from ..ros.context import tool_node
+    from ..ros.recorder import POLL_PERIOD, Recorder
 
     with tool_node("flexsim_record") as node:
         try:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.progress import Progress
-from .terminal.report import print_json, print_table
+from ..terminal.progress import Progress
+from ..terminal.report import print_json, print_table
 
 if TYPE_CHECKING:
-    from .bag.mend import Mended
+    from ..bag.mend import Mended
 
 
 @click.command()
@@ -30,7 +30,7 @@ def command(bag: str, output: str | None, as_json: bool) -> None:
     Example:
       flexsim recover run
     """
-    from .bag.mend import mend
+    from ..bag.mend import mend
 
     progress = Progress()
     results = mend(

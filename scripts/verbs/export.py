@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.report import print_json, print_table, say
+from ..terminal.report import print_json, print_table, say
 
 if TYPE_CHECKING:
-    from .bag import Bag
+    from ..bag import Bag
 
 FORMATS = (".csv", ".npz", ".parquet")
 
@@ -44,14 +44,14 @@ def command(source: str, topics: tuple[str, ...], output: str, kind: str, as_jso
         raise click.ClickException(f"{target} exists already; name another file or remove it")
     if not target.absolute().parent.is_dir():
         raise click.ClickException(f"{target.parent} does not exist; make it first")
-    from .comparison.saved_run import is_saved
+    from ..comparison.saved_run import is_saved
 
     if is_saved(Path(source)):
         if topics:
             raise click.UsageError("topics can be chosen of a bag; a saved run is written whole.")
         found = of_run(Path(source), target)
     else:
-        from .bag import Bag
+        from ..bag import Bag
 
         bag = Bag(source)
         bag.needs_messages()
@@ -69,9 +69,9 @@ def command(source: str, topics: tuple[str, ...], output: str, kind: str, as_jso
 
 def of_bag(bag: Bag, topics: tuple[str, ...], target: Path, kind: str) -> dict[str, Any]:
     """Write topics of a bag; returns what was written."""
-    from .bag import BagError
-    from .bag.topics import chosen
-    from .signals.written import Signals, write_csv, write_numpy, write_parquet
+    from ..bag import BagError
+    from ..bag.topics import chosen
+    from ..signals.written import Signals, write_csv, write_numpy, write_parquet
 
     names = chosen(bag, topics, ())
     if target.suffix in (".csv", ".parquet") and len(names) != 1:
@@ -130,7 +130,7 @@ def of_run(path: Path, target: Path) -> dict[str, Any]:
 
     import numpy as np
 
-    from .comparison.saved_run import arrays_of
+    from ..comparison.saved_run import arrays_of
 
     if target.suffix not in (".csv", ".parquet"):
         raise click.UsageError("a saved run is an .npz already; give a .csv or .parquet to write")

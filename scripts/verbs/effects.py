@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .terminal.report import print_json, print_table
-from .terminal.robot_option import robot_option
-from .terminal.setting import setting
+from ..terminal.report import print_json, print_table
+from ..terminal.robot_option import robot_option
+from ..terminal.setting import setting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -95,8 +95,8 @@ def recorded(path: Path, scene: Scene, robot: str) -> tuple[Callable[[float], np
     """Return the torques of a recorded run, held from state to state, and how long it lasts, s."""
     import numpy as np
 
-    from .bag import Bag, BagError
-    from .replay.drive import read_drive
+    from ..bag import Bag, BagError
+    from ..replay.drive import read_drive
 
     drive = read_drive(Bag(path, robot))
     missing = [name for name in scene.joint_names if name not in drive.joint_names]
