@@ -17,9 +17,11 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .conduction import Array
 from .scene import SceneError
+
+Array = NDArray[np.float64]
 
 LARGEST_LOG = 2**28
 """bytes"""

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .conduction import Array
-from .log_file import plain_name, read_columns
+from .log_file import Array, plain_name, read_columns
 
 FURNACE = ("furnace", "gas", "oven", "ofen")
 
