@@ -14,7 +14,7 @@ from ..terminal.setting import setting
 
 if TYPE_CHECKING:
     from thermal_node import Run, Scene
-    from thermal_node.fit import Fit
+    from thermal_node.analysis.fit import Fit
 
 MINUTE = 60.0
 MILLIMETRES = 1e3
@@ -152,8 +152,8 @@ def fit_door(
     overrides = dict(map(setting, settings))
 
     from thermal_node import load_scene
-    from thermal_node.fit import fit
-    from thermal_node.thermocouple_log import read_thermocouple_log
+    from thermal_node.analysis.fit import fit
+    from thermal_node.furnace.thermocouple_log import read_thermocouple_log
 
     loaded = load_scene(scene, overrides)
     larger = load_scene(predict) if predict else None
@@ -241,7 +241,7 @@ def measured_furnace(path: Path) -> dict[str, Any]:
 
 def same_make(larger: Scene, result: Fit) -> Scene:
     """Return the larger door with the fitted materials and rim contact in it."""
-    from thermal_node.scene import changed
+    from thermal_node.scene.load import changed
 
     name, part = fitted_material(result)
     given: dict[str, Any] = {f"materials.{name}": part}
@@ -261,7 +261,7 @@ def fitted_material(result: Fit) -> tuple[str, dict[str, Any]]:
 def write(run: Run, report: str | None, save: str | None) -> None:
     """Write the report and the arrays where they are asked for."""
     if report:
-        from thermal_node.report import write_report
+        from thermal_node.analysis.report import write_report
 
         write_report(run, report)
     if save:

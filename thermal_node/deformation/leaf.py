@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..materials import Material
 from ..mesh.grading import graded_from_end
 from ..mesh.whole import whole_leaf
-from ..model import DoorModel, material_of
-from ..probes import weights_at
-from ..scene import SceneError
-from ..schema import Scene
-from ..supports import mechanism, supports, symmetric
+from ..model.door_model import DoorModel, material_of
+from ..model.materials import Material
+from ..model.probes import weights_at
+from ..scene.load import SceneError
+from ..scene.schema import Scene
+from ..scene.supports import mechanism, supports, symmetric
 from .deflection import Deflection
 from .shell import ShellLeaf
 from .solid import SolidLeaf

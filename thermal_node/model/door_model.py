@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .conduction import Array, Grid, Surface, Tables
-from .furnace import FILM_COEFFICIENT, Furnace, furnace_of
+from ..furnace.furnace import FILM_COEFFICIENT, Furnace, furnace_of
+from ..heat.conduction import Array, Grid, Surface, Tables
+from ..mesh.door import door_mesh
+from ..mesh.exchange import Exchange
+from ..mesh.leaf import LeafMesh
+from ..scene.schema import MaterialPart, Property, Scene, SurfacePart
+from ..scene.standards import STANDARDS
 from .materials import STEEL_DENSITY, Curve, Material, constant, steel, table
-from .mesh.door import door_mesh
-from .mesh.exchange import Exchange
-from .mesh.leaf import LeafMesh
-from .schema import MaterialPart, Property, Scene, SurfacePart
-from .standards import STANDARDS
 
 HELD = 1e9
 """W/(m2 K) of a surface that is held at its gas' temperature."""

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .compiled import FAST
+from ..compiled.kept_kernels import FAST
 
 Array = NDArray[np.float64]
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from ..furnace.plausibility import Limits, Plausibility, Refusal
 from .background_deformation import BackgroundDeformation, Bent
 from .fire_test import FireTest
-from .plausibility import Limits, Plausibility, Refusal
 
 SECOND = 1_000_000_000
 # A deadline missed by less is made up for; beyond this the lost time stays lost.

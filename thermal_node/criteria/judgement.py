@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from .conduction import Array
+from ..deformation.deflection import Deflection
+from ..heat.conduction import Array
+from ..model.probes import Probes
+from ..scene.schema import Scene
+from ..scene.standards import STANDARDS, UL_RISE_TIME, UL_RISES, Standard
 from .criterion import Criterion
-from .deformation.deflection import Deflection
-from .probes import Probes
-from .schema import Scene
-from .standards import STANDARDS, UL_RISE_TIME, UL_RISES, Standard
 from .tolerance import FurnaceTolerance
 
 GAUGE, GAUGE_LENGTH, WIDE_GAUGE = 6e-3, 0.15, 25e-3

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .conduction import ABSOLUTE_ZERO, STEFAN_BOLTZMANN, Array
-from .mesh.whole import whole_leaf
-from .model import DoorModel
-from .schema import Scene
-from .standards import EDGE_STRIP, STANDARDS, en_points, leaf_points
+from ..heat.conduction import ABSOLUTE_ZERO, STEFAN_BOLTZMANN, Array
+from ..mesh.whole import whole_leaf
+from ..scene.schema import Scene
+from ..scene.standards import EDGE_STRIP, STANDARDS, en_points, leaf_points
+from .door_model import DoorModel
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from .plausibility import Limits
+from ..furnace.plausibility import Limits
 
 OVERRIDE = "override."
 CHANGEABLE = (

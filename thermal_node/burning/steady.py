@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .furnace import Constant
-from .heat import Heat
-from .method import IMPLICIT_EULER
-from .model import DoorModel
-from .stage import CONVERGED
+from ..furnace.furnace import Constant
+from ..heat.method import IMPLICIT_EULER
+from ..heat.stage import CONVERGED
+from ..model.door_model import DoorModel
+from .march import Heat
 from .status import State, Status
 
 FIRST_STEP, LONGEST_STEP = 1e2, 1e10

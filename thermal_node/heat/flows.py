@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .compiled import FAST
-from .mesh.exchange import Exchange
+from ..compiled.kept_kernels import FAST
+from ..mesh.exchange import Exchange
 from .twists import gather_twists, through, twists_of
 
 Array = NDArray[np.float64]

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from .conduction import Array
-from .criteria import Criteria
-from .furnace import Measured
-from .heat import Heat, Saved
-from .mesh.whole import whole_leaf
-from .model import door_model
-from .probes import InfraredView, Radiometer, probes_of
-from .scene import Scene
-from .status import State, Status
-from .tolerance import FurnaceTolerance
+from ..burning.march import Heat, Saved
+from ..burning.status import State, Status
+from ..criteria.criteria import Criteria
+from ..criteria.tolerance import FurnaceTolerance
+from ..furnace.furnace import Measured
+from ..heat.conduction import Array
+from ..mesh.whole import whole_leaf
+from ..model.door_model import door_model
+from ..model.probes import InfraredView, Radiometer, probes_of
+from ..scene.load import Scene
 
 KEPT = 1000
 """Measured values that are remembered; the march only asks for the latest."""

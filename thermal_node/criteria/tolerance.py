@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .conduction import Array
-from .standards import STANDARDS, Tolerance
+from ..heat.conduction import Array
+from ..scene.standards import STANDARDS, Tolerance
 
 HOUR = 60.0
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .conduction import Array
-from .deformation.deflection import Deflection
-from .deformation.leaf import Deformation
-from .model import DoorModel
+from ..deformation.deflection import Deflection
+from ..deformation.leaf import Deformation
+from ..heat.conduction import Array
+from ..model.door_model import DoorModel
 
 
 @dataclass(frozen=True)

@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from .conduction import Array
-from .criteria import Criteria
-from .criterion import Criterion
-from .deformation.deflection import Deflection
-from .furnace import Measured
-from .heat import Heat, HeatBalance, Saved
-from .model import DoorModel, door_model
-from .probes import Radiometer, probes_of, unexposed_maximum, unexposed_mean
-from .scene import Scene, SceneError
-from .status import Status
-from .steady import steady_state
-from .tolerance import FurnaceTolerance
+from ..burning.march import Heat, HeatBalance, Saved
+from ..burning.status import Status
+from ..burning.steady import steady_state
+from ..criteria.criteria import Criteria
+from ..criteria.criterion import Criterion
+from ..criteria.tolerance import FurnaceTolerance
+from ..deformation.deflection import Deflection
+from ..furnace.furnace import Measured
+from ..heat.conduction import Array
+from ..model.door_model import DoorModel, door_model
+from ..model.probes import Radiometer, probes_of, unexposed_maximum, unexposed_mean
+from ..scene.load import Scene, SceneError
 
 if TYPE_CHECKING:
-    from .deformation.leaf import Deformation
+    from ..deformation.leaf import Deformation
 
 MOST_SAMPLES = 1_000_000
 REFINED, CLOSE = 6, 1.0
@@ -198,7 +198,7 @@ def _deflections(
     part = model.scene.deformation
     if part.model == "none" or not samples:
         return None
-    from .deformation.leaf import Deformation
+    from ..deformation.leaf import Deformation
 
     deformation = Deformation(model)
     last = len(times) - 1

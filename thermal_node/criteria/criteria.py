@@ -9,15 +9,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .conduction import Array
-from .criteria_part import CriteriaPart
+from ..deformation.deflection import Deflection
+from ..furnace.furnace import CURVES, Curve
+from ..heat.conduction import Array
+from ..model.probes import Probes
+from ..scene.criteria_part import CriteriaPart
+from ..scene.doubts import doubts
+from ..scene.standards import leaf_points
 from .criterion import Criterion
-from .deformation.deflection import Deflection
-from .doubts import doubts
-from .furnace import CURVES, Curve
 from .judgement import Judgement
-from .probes import Probes
-from .standards import leaf_points
 
 LOOK = 5.0
 """s between looks at the furnace, at most."""

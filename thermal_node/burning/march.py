@@ -15,13 +15,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .conduction import Array, evaluate, field_of
-from .furnace import Furnace
-from .linear import conjugate_gradients, factor_lines, krylov
-from .method import METHODS, SDIRK2, Method
-from .model import DoorModel
-from .newton import newton_work
-from .stage import CONVERGED, NOT_FINITE, solve_stage
+from ..furnace.furnace import Furnace
+from ..heat.conduction import Array, evaluate, field_of
+from ..heat.linear import conjugate_gradients, factor_lines, krylov
+from ..heat.method import METHODS, SDIRK2, Method
+from ..heat.newton import newton_work
+from ..heat.stage import CONVERGED, NOT_FINITE, solve_stage
+from ..model.door_model import DoorModel
 from .status import State, Status
 
 MOST_ITERATIONS = 60

@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from .conduction import Array
-from .furnace import CURVES
-from .heat import Heat
-from .model import door_model
-from .probes import probes_of
-from .scene import Scene, SceneError, changed
+from ..burning.march import Heat
+from ..furnace.furnace import CURVES
+from ..furnace.thermocouple_log import ThermocoupleLog
+from ..heat.conduction import Array
+from ..model.door_model import door_model
+from ..model.probes import probes_of
+from ..scene.load import Scene, SceneError, changed
 from .simulate import Run, simulate
-from .thermocouple_log import ThermocoupleLog
 
 KNOWN_BELOW = 300.0
 """°C up to which the manufacturer's conductivity is taken as it is."""

@@ -17,9 +17,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .compiled import FAST
+from ..compiled.kept_kernels import FAST
+from ..mesh.exchange import Exchange
 from .flows import Flows, exchange, flows_of
-from .mesh.exchange import Exchange
 
 Array = NDArray[np.float64]
 

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..scene.load import Scene, SceneError
+from ..scene.standards import STANDARDS
 from .log_file import plain_name, read_columns
-from .scene import Scene, SceneError
-from .standards import STANDARDS
 
 if TYPE_CHECKING:
-    from .schema import FurnacePart
+    from ..scene.schema import FurnacePart
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from ruamel.yaml import YAML
 
-from .furnace import CURVES
-from .probes import InfraredView
+from ..furnace.furnace import CURVES
+from ..model.probes import InfraredView
 from .simulate import Run
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .scene import SceneError
+from ..scene.load import SceneError
 
 Array = NDArray[np.float64]
 

@@ -15,11 +15,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .compiled import FAST
+from ..compiled.kept_kernels import FAST
+from ..mesh.exchange import Exchange
 from .conduction import Field, Grid
 from .flows import exchange
 from .linear import Krylov, factor_lines, solve_lines
-from .mesh.exchange import Exchange
 
 Array = NDArray[np.float64]
 
