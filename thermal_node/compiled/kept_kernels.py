@@ -27,9 +27,6 @@ def go_on_without(cache: Any) -> Iterator[None]:
             Path(cache._cache_file._index_path).unlink()
 
 
-FAST = {"contract", "reassoc", "nsz", "arcp"}
-"""What kernels may do with their arithmetic: all but pretend that nothing is infinite or not a number."""
-
 Cache._guard_against_spurious_io_errors = go_on_without
 
 

@@ -19,7 +19,7 @@ from ..scene.standards import STANDARDS
 from .log_file import plain_name, read_columns
 
 if TYPE_CHECKING:
-    from ..scene.schema import FurnacePart
+    from ..scene.parts import FurnacePart
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ..compiled.kept_kernels import FAST
+from ..compiled.arithmetic import FAST
 from .conduction import Field
 from .twists import add_product, add_to_lines, twists_of
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ..compiled.kept_kernels import FAST
+from ..compiled.arithmetic import FAST
 from ..mesh.exchange import Exchange
 from .conduction import Field, Grid
 from .flows import exchange

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ..compiled.kept_kernels import FAST
+from ..compiled.arithmetic import FAST
 from .conduction import Field, Grid, Surface, Tables, evaluate, heat_at
 from .linear import Krylov, conjugate_gradients, factor_lines
 from .newton import NewtonWork, exact_step

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ..compiled.kept_kernels import FAST
+from ..compiled.arithmetic import FAST
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ from ..heat.conduction import Array, Grid, Surface, Tables
 from ..mesh.door import door_mesh
 from ..mesh.exchange import Exchange
 from ..mesh.leaf import LeafMesh
-from ..scene.schema import MaterialPart, Property, Scene, SurfacePart
+from ..scene.parts import MaterialPart, Property, SurfacePart
+from ..scene.schema import Scene
 from ..scene.standards import STANDARDS
 from .materials import STEEL_DENSITY, Curve, Material, constant, steel, table
 

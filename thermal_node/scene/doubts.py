@@ -6,7 +6,8 @@ water the most, 4190; silver conducts best, 429 W/(m K); tungsten and gold are d
 
 from __future__ import annotations
 
-from .schema import Property, Scene
+from .parts import Property
+from .schema import Scene
 
 LIMITS: dict[str, tuple[float, float, str, str]] = {
     "density": (5.0, 2e4, "kg/m3", "g/cm3"),

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .schema import Scene
+from .parts import DeformationPart, Leaf, MeshPart, SolverPart
 
 MOST_NODES = 1_500_000
 MOST_SHELL, MOST_BRICKS = 60_000, 40_000
@@ -15,13 +12,13 @@ SECONDS_A_NODE, BYTES_A_NODE = 1.5e-4, 900.0
 THIN, THICK = 3e-3, {"full": 12, "column_rim": 24, "column": 60}
 
 
-def too_large(scene: Scene) -> tuple[tuple[str, ...], str] | None:
+def too_large(
+    leaf: Leaf, solver: SolverPart, mesh: MeshPart, deformation: DeformationPart
+) -> tuple[tuple[str, ...], str] | None:
     """Where a scene asks for too much, and the sentence that says so, or None."""
-    dimension = scene.solver.dimension
-    layers = scene.mesh.layers or tuple(
-        1 if x.thickness <= THIN else THICK[dimension] for x in scene.leaf.layers
-    )
-    nx, ny = scene.mesh.in_plane
+    dimension = solver.dimension
+    layers = mesh.layers or tuple(1 if x.thickness <= THIN else THICK[dimension] for x in leaf.layers)
+    nx, ny = mesh.in_plane
     across = {"full": (nx + 1) * (ny + 1), "column_rim": nx + 1, "column": 1}[dimension]
     nodes = across * (sum(layers) + 1)
     if nodes > MOST_NODES:
@@ -31,13 +28,12 @@ def too_large(scene: Scene) -> tuple[tuple[str, ...], str] | None:
             f" sample, and {hours:.1f} h or longer for an hour of fire; give in_plane and layers with at most"
             f" {MOST_NODES} nodes (the default has 13 000)"
         )
-    part = scene.deformation
-    if part.model == "none":
+    if deformation.model == "none":
         return None
-    ex, ey = part.in_plane
-    through = part.layers or (3,) * len(scene.leaf.layers)
-    elements = ex * ey * (sum(through) if part.model == "solid" else 1)
-    most = MOST_BRICKS if part.model == "solid" else MOST_SHELL
+    ex, ey = deformation.in_plane
+    through = deformation.layers or (3,) * len(leaf.layers)
+    elements = ex * ey * (sum(through) if deformation.model == "solid" else 1)
+    most = MOST_BRICKS if deformation.model == "solid" else MOST_SHELL
     if elements > most:
         # Factoring a plane of n elements takes n^1.5 operations; 2048 take half a second.
         seconds = 0.5 * (elements / 2048) ** 1.5
