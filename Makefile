@@ -57,10 +57,11 @@ test: setup $(TEST_STAMP)  ## the tests
 nightly: setup $(TEST_STAMP)  ## the tests that take long: every documented example, studies and all (hours)
 	$(VENV)/bin/python -m pytest -m nightly
 
-lint: setup $(TEST_STAMP)  ## ruff and mypy
+lint: setup $(TEST_STAMP)  ## ruff, mypy, import rules
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check --quiet .
 	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports --no-logo
 
 setup: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP)  ## only the set-up, without tests' tools
 
