@@ -7,34 +7,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from flexsim_core.quantities import Misplaced
+from flexsim_core.scene_files import SceneError, line_of, override, plain, read_scene
 from pydantic import ValidationError
 from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError
 from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent
 
-from .schema import Misplaced, Scene
+from .schema import Scene
 
 __all__ = ["Scene", "SceneError", "load_scene"]
 
 
 BRANCHES = ("tuple[", "dict[", "literal[")  # pydantic's words for a union's branches
-
-
-class SceneError(ValueError):
-    """A scene that can't be simulated: FILE:LINE: key: what is wrong; what would be right."""
-
-
-def _line(document: Any, path: tuple[Any, ...]) -> int | None:
-    """Line (from 1) of a key in a ruamel document, or of the nearest parent that has one."""
-    line = 1 if hasattr(document, "lc") else None
-    for key in path:
-        try:
-            marks = document.lc
-            line = (marks.key(key) if isinstance(document, Mapping) else marks.item(key))[0] + 1
-            document = document[key]
-        except (AttributeError, KeyError, IndexError, TypeError):
-            break
-    return line
 
 
 def _keys_beside(document: Any, path: tuple[Any, ...]) -> list[str]:
@@ -103,7 +87,7 @@ def _explain(errors: list[Any], document: Any, source: str, overridden: list[str
     first = _key_path(errors[0])
     error = max((e for e in errors if _key_path(e)[: len(first)] == first), key=lambda e: len(_key_path(e)))
     path = _key_path(error)
-    line = _line(document, path)
+    line = line_of(document, path)
     where = f"{source}:{line}" if line else source
     key = ".".join(str(k) for k in path) or "scene"
     if any(key == o or key.startswith(o + ".") for o in overridden):
@@ -125,86 +109,6 @@ def _explain(errors: list[Any], document: Any, source: str, overridden: list[str
     return f"{where}: {key}: is {shown}; {_remedy(error, path, document)}"
 
 
-LARGEST_FILE = 2**20  # bytes
-MOST_VALUES, DEEPEST = 1_000_000, 50
-
-
-def _count_values(document: Any, source: str) -> None:
-    """Refuse a document whose aliases stand for ever more of themselves, before it is unfolded."""
-    count, waiting = 0, [(document, 0)]
-    while waiting:
-        value, depth = waiting.pop()
-        count += 1
-        if count > MOST_VALUES or depth > DEEPEST:
-            raise SceneError(
-                f"{source}: unfolds to more than {MOST_VALUES} values or {DEEPEST} levels;"
-                " give fewer YAML aliases"
-            )
-        if isinstance(value, Mapping):
-            waiting.extend((v, depth + 1) for v in value.values())
-        elif isinstance(value, (list, tuple)):
-            waiting.extend((v, depth + 1) for v in value)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return tuple(_plain(v) for v in value)
-    if isinstance(value, bool) or value is None or isinstance(value, str):
-        return value
-    if isinstance(value, int):
-        return int(value)
-    if isinstance(value, float):
-        return float(value)
-    return value.item() if hasattr(value, "item") else value
-
-
-def _override(document: dict[str, Any], key: str, value: Any) -> str:
-    """Set a dotted key, `links.0.beam.elements` or `links.link_1.beam.elements`.
-
-    Returns the key with list entries by number.
-    """
-    parts = key.split(".")
-    numbered = []
-    place: Any = document
-    for n, part in enumerate(parts):
-        last = n == len(parts) - 1
-        if isinstance(place, list):
-            names = [item.get("name") if isinstance(item, dict) else None for item in place]
-            if part in names:
-                at = names.index(part)
-            elif part.isdigit() and int(part) < len(place):
-                at = int(part)
-            else:
-                known = [str(x) for x in names if x is not None] or range(len(place))
-                raise SceneError(
-                    f"override {key}: no {part!r} in {'.'.join(parts[:n])};"
-                    f" give one of {', '.join(str(k) for k in known)}"
-                )
-            numbered.append(str(at))
-            if last:
-                place[at] = value
-            else:
-                place = place[at]
-        elif isinstance(place, dict):
-            numbered.append(part)
-            if last:
-                place[part] = value
-            else:
-                place = place.setdefault(part, {})
-        else:
-            above = ".".join(parts[:n])
-            raise SceneError(f"override {key}: {above} has no keys below it; give {above}")
-    return ".".join(numbered)
-
-
-def _thawed(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {k: _thawed(v) for k, v in value.items()}
-    return [_thawed(v) for v in value] if isinstance(value, tuple) else value
-
-
 def load_scene(scene: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Scene:
     """Read and check a robot scene.
 
@@ -222,39 +126,17 @@ def load_scene(scene: str | Path | Mapping[str, Any], overrides: Mapping[str, An
     if isinstance(scene, Mapping):
         source, document = "scene", scene
     else:
-        path = Path(scene)
-        source = str(path)
-        try:
-            size = path.stat().st_size
-            if not path.is_file() or size > LARGEST_FILE:  # a device may never end, a pipe never begin
-                raise SceneError(f"{source}: is no file of at most {LARGEST_FILE} bytes; give a YAML file")
-            text = path.read_text(encoding="utf-8")
-        except FileNotFoundError:
-            raise SceneError(f"{source}: no such file; give the path of a scene") from None
-        except (OSError, UnicodeDecodeError) as problem:
-            raise SceneError(f"{source}: can't be read ({problem}); give a YAML file") from None
-        try:
-            document = YAML(typ="rt", pure=True).load(text)
-        except MarkedYAMLError as problem:
-            mark = problem.problem_mark
-            line = mark.line + 1 if mark else 1
-            raise SceneError(f"{source}:{line}: not YAML: {problem.problem}") from None
-        except Exception as problem:  # ruamel raises several kinds for broken documents
-            raise SceneError(f"{source}: not YAML: {problem}") from None
-        if not isinstance(document, Mapping):
-            raise SceneError(f"{source}:1: not a scene; give keys such as model, name, links")
-        _count_values(document, source)
+        source = str(scene)
+        document = read_scene(Path(scene), "model, name, links")
     kind = document.get("model")
     if kind != "robot":
-        line = _line(document, ("model",))
+        line = line_of(document, ("model",))
         where = f"{source}:{line}" if line else source
         raise SceneError(f"{where}: model: is {kind!r}; give 'robot' for a flexible robot")
-    plain = _thawed(_plain(document))
-    overridden = [
-        _override(plain, str(key), _thawed(_plain(value))) for key, value in (overrides or {}).items()
-    ]
+    given = plain(document)
+    overridden = [override(given, str(key), plain(value)) for key, value in (overrides or {}).items()]
     try:
-        return Scene.model_validate(plain)
+        return Scene.model_validate(given)
     except ValidationError as problem:
         raise SceneError(_explain(problem.errors(), document, source, overridden)) from None
 

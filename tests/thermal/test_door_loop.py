@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 from door_scenes import door
+from flexsim_core.kept_kernels import forget_stale_kernels
 
 from thermal_node import load_scene
-from thermal_node.compiled.kept_kernels import forget_stale_kernels
 from thermal_node.furnace.plausibility import NOT_FINITE, TOO_HIGH, TOO_LOW
 from thermal_node.service.background_deformation import BackgroundDeformation
 from thermal_node.service.fire_test import FireTest

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+from flexsim_core.quantities import Misplaced, Part
 from pydantic import BeforeValidator, Field, model_validator
 
-from .part import Part
-from .quantities import Misplaced, NotNegative, Positive
+from .quantities import NotNegative, Positive
 
 StandardName = Literal[
     "ftp_a", "ftp_b", "ftp_f", "en_1634", "iso_834", "ul_10b", "ul_10c", "astm_e119", "imo_h"

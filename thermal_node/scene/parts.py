@@ -7,16 +7,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+from flexsim_core.quantities import Misplaced, Part
 from pydantic import BeforeValidator, Field, model_validator
 
-from .part import Part
 from .quantities import (
     Count,
     Density,
     Emissivity,
     FilmCoefficient,
     Fraction,
-    Misplaced,
     NotNegative,
     Number,
     Position,

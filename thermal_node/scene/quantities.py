@@ -5,43 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator
+from flexsim_core.quantities import between, number_in
+from pydantic import BeforeValidator
 
-
-class Misplaced(ValueError):
-    """A refusal of one key, found where several keys are seen together."""
-
-    def __init__(self, path: tuple[str | int, ...], message: str) -> None:
-        super().__init__(message)
-        self.path = path
-
-
-def number(value: Any) -> Any:
-    """A finite number as it stands, without its unit."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        hint = " (a number without its unit: SI, and °C)" if isinstance(value, str) else ""
-        raise ValueError(f"is {value!r}; give a number{hint}")
-    if not math.isfinite(value):
-        raise ValueError(f"is {value!r}; give a finite number")
-    return float(value)
-
-
-def between(low: float, high: float, unit: str, advice: str = "", open_low: bool = False) -> Any:
-    """A check of a number's range, in words."""
-
-    def check(value: float) -> float:
-        if not low <= value <= high or (open_low and value == low):
-            bracket = "more than" if open_low else "at least"
-            upper = "" if math.isinf(high) else f" and at most {high:g}"
-            raise ValueError(
-                f"is {value:g}; give {bracket} {low:g}{upper} {unit}".rstrip()
-                + (f" ({advice})" if advice else "")
-            )
-        return value
-
-    return AfterValidator(check)
-
-
+number = number_in("SI units and °C")
 THINNEST = 1e-5
 """m; a thinner layer settles within nanoseconds, and the march would follow it there."""
 Number = Annotated[float, BeforeValidator(number)]

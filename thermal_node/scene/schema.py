@@ -8,10 +8,10 @@ from __future__ import annotations
 import difflib
 from typing import Any, Literal
 
+from flexsim_core.quantities import Misplaced, Part
 from pydantic import Field, model_validator
 
 from .criteria_part import CriteriaPart, SealsPart
-from .part import Part
 from .parts import (
     RESERVED,
     DeformationPart,
@@ -26,7 +26,6 @@ from .parts import (
 )
 from .quantities import (
     Ambient,
-    Misplaced,
     Temperature,
 )
 from .size import too_large

@@ -1,54 +1,31 @@
-"""What all parts of a scene share: numbers with their ranges and units, and complaints that say where."""
+"""The quantities of a robot's scene: what is possible, and what is only plausible in other units."""
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from flexsim_core.quantities import Misplaced, Part, between, number_in, unknown
+from pydantic import BeforeValidator, Field
 
+__all__ = [
+    "Angle",
+    "Density",
+    "Length",
+    "Misplaced",
+    "Modulus",
+    "Name",
+    "NotNegative",
+    "Number",
+    "Part",
+    "Positive",
+    "Side",
+    "Vector",
+    "between",
+    "unknown",
+]
 
-class Misplaced(ValueError):
-    """A complaint about a key below the part that is being checked."""
-
-    def __init__(self, path: tuple[str | int, ...], message: str) -> None:
-        super().__init__(message)
-        self.path = path
-
-
-def unknown(path: tuple[str | int, ...], name: str, known: Sequence[str]) -> Misplaced:
-    """What to raise of a name that is not there."""
-    near = difflib.get_close_matches(name, known, 1)
-    choice = near[0] if near else "one of " + ", ".join(known)
-    return Misplaced(path, f"is {name!r}, which does not exist; give {choice}")
-
-
-def _number(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        hint = " (without its unit; SI units are understood)" if isinstance(value, str) else ""
-        raise ValueError(f"is {value!r}; give a number{hint}")
-    if not math.isfinite(value):
-        raise ValueError(f"is {value!r}; give a finite number")
-    return float(value)
-
-
-def between(low: float, high: float, unit: str, advice: str = "", open_low: bool = False) -> Any:
-    def check(value: float) -> float:
-        if value > high or value < low or (open_low and value <= low):
-            bracket = "more than" if open_low else "at least"
-            most = f" and at most {high:g}" if math.isfinite(high) else ""
-            raise ValueError(
-                f"is {value:g}; give {bracket} {low:g}{most} {unit}".rstrip()
-                + (f" ({advice})" if advice else "")
-            )
-        return value
-
-    return AfterValidator(check)
-
-
-Number = Annotated[float, BeforeValidator(_number)]
+Number = Annotated[float, BeforeValidator(number_in("SI units"))]
 Length = Annotated[Number, between(-1e2, 1e2, "m", "metres, not millimetres")]
 Angle = Annotated[Number, between(-4 * math.pi, 4 * math.pi, "rad", "radians, not degrees")]
 Side = Annotated[Number, between(0.0, 10.0, "m", "metres, not millimetres", open_low=True)]
@@ -58,7 +35,3 @@ Positive = Annotated[Number, between(0.0, math.inf, "", open_low=True)]
 NotNegative = Annotated[Number, between(0.0, math.inf, "")]
 Vector = Annotated[tuple[Number, ...], Field(min_length=3, max_length=3)]
 Name = Annotated[str, Field(min_length=1)]
-
-
-class Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
