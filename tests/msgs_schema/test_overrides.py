@@ -16,7 +16,7 @@ ROBOT, DOOR = CONFIG / "planar_double_pendulum.yaml", CONFIG / "thesis_door.yaml
 @pytest.mark.parametrize(
     ("robot", "door", "said"),
     [
-        ("links.0.beam.width.x", "mesh.in_plane.0.x", "override {key}: {above} is {value} and has no keys below"),
+        ("links.0.beam.width.x", "mesh.in_plane.0.x", "override {key}: {above} is {value} and has no keys "),
         ("gravity.7", "mesh.in_plane.7", "override {key}: no '7' in {above}; give 0 to {last}"),
         ("solver.stepp", "solver.stepp", "{file}, override: {key}: unknown key; did you mean 'step'?"),
         ("gravity.0", "mesh.in_plane.0", "{file}, override: {key}: is 'x'; give a "),
