@@ -154,7 +154,7 @@ KERNELS := simulate config/delta.yaml --duration 0.01 \
     | simulate config/planar_double_pendulum.yaml --duration 0.01 --set initial.shape=static \
     | door simulate config/thesis_door_column.yaml --duration 1
 
-$(KERNELS_STAMP): $(PROJECT_STAMP) $(shell find flexsim_node thermal_node -name '*.py')
+$(KERNELS_STAMP): $(PROJECT_STAMP) $(shell find flexsim_node thermal_node -name '*.py' 2>/dev/null)
 	echo "set-up 5/5: compiled kernels (some minutes)"
 	echo "$(KERNELS)" | tr '|' '\n' | xargs -P 2 -I{} sh -c '$(VENV)/bin/flexsim {} --json > /dev/null'
 	touch $@
