@@ -57,10 +57,11 @@ test: setup $(TEST_STAMP)  ## the tests
 nightly: setup $(TEST_STAMP)  ## the tests that take long: every documented example, studies and all (hours)
 	$(VENV)/bin/python -m pytest -m nightly
 
-lint: setup $(TEST_STAMP)  ## ruff and mypy
+lint: setup $(TEST_STAMP)  ## ruff, mypy, import rules
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check --quiet .
 	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports --no-logo
 
 setup: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP)  ## only the set-up, without tests' tools
 
@@ -153,7 +154,7 @@ KERNELS := simulate config/delta.yaml --duration 0.01 \
     | simulate config/planar_double_pendulum.yaml --duration 0.01 --set initial.shape=static \
     | door simulate config/thesis_door_column.yaml --duration 1
 
-$(KERNELS_STAMP): $(PROJECT_STAMP) $(wildcard flexsim_node/*.py flexsim_node/*/*.py thermal_node/*.py thermal_node/*/*.py)
+$(KERNELS_STAMP): $(PROJECT_STAMP) $(shell find flexsim_node thermal_node -name '*.py' 2>/dev/null)
 	echo "set-up 5/5: compiled kernels (some minutes)"
 	echo "$(KERNELS)" | tr '|' '\n' | xargs -P 2 -I{} sh -c '$(VENV)/bin/flexsim {} --json > /dev/null'
 	touch $@

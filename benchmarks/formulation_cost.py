@@ -3,8 +3,9 @@
     python benchmarks/formulation_cost.py [--quick] [--json]
 
 The steps are taken in turns in one process, so that what else the machine does meets both alike; each
-figure is the median ratio with half of its 95 % interval.  `cheaper_co_moving` (flexsim_node/formulations.py)
-follows them: up to so many elements a link co-moving frames are clearly the cheaper ones.
+figure is the median ratio with half of its 95 % interval.  `cheaper_co_moving` (in
+flexsim_node/analysis/formulations.py) follows them: up to so many elements a link
+co-moving frames are clearly the cheaper ones.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from flexsim_node import Scene, load_scene
-from flexsim_node.formulations import in_formulation
-from flexsim_node.step_cost import step_costs
+from flexsim_node.analysis.step_cost import step_costs
+from flexsim_node.scene.variants import in_formulation
 
 CONFIG = Path(__file__).parents[1] / "config"
 ELEMENTS = (1, 2, 4, 8)

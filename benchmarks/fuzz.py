@@ -43,7 +43,7 @@ from simulation_interfaces.action import SimulateSteps
 from std_msgs.msg import Float64MultiArray
 
 from flexsim_node.node import SWITCH_INTERVAL, FlexsimNode
-from flexsim_node.settings import CHANGEABLE, OVERRIDE, meanings
+from flexsim_node.service.settings import CHANGEABLE, OVERRIDE, meanings
 from thermal_node.node import ThermalNode
 
 CONFIG = Path(__file__).resolve().parent.parent / "config"

@@ -25,7 +25,7 @@ import numpy as np
 from peers import calculix
 
 from thermal_node import door_model, load_scene, simulate
-from thermal_node.model import DoorModel
+from thermal_node.model.door_model import DoorModel
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENE = ROOT / "config" / "thesis_door_calibrated.yaml"

@@ -29,7 +29,7 @@ from peers.exudyn_robot import Attempt
 from peers.problem import YOUNG, Problem, driven, falling
 
 from flexsim_node import load_scene
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 MUJOCO = (
     ("implicitfast", 2, 2e-4), ("implicitfast", 2, 1e-4), ("implicitfast", 4, 5e-5),

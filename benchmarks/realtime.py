@@ -31,7 +31,7 @@ from flexsim.terminal.stop import stopped_by_signals
 from flexsim.trial.processes import NODE, Process, own_domain, processes
 from numpy.typing import NDArray
 
-from flexsim_node.pace import go_first, sleep_finely
+from flexsim_node.service.pace import go_first, sleep_finely
 
 SCENE = Path(__file__).resolve().parent.parent / "config" / "anthropomorphic_geared.yaml"
 DIAGNOSED = 10.0  # s, within which diagnostics come, which are said once a second

@@ -26,7 +26,7 @@ import numpy as np
 from step_cost import machine
 
 from flexsim_node import Scene, load_scene, simulate
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 MODES = 6
 

@@ -26,8 +26,8 @@ import numpy as np
 
 from flexsim_node import Scene, load_scene
 from flexsim_node.integrators import METHODS
-from flexsim_node.schema import Effects
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.scene.schema import Effects
 
 CONFIG = Path(__file__).parents[1] / "config"
 

@@ -1,12 +1,14 @@
 """The flexible robot: scene -> model -> equations -> integrators -> simulate."""
 
-from . import kept_kernels  # noqa: F401  before any kernel is loaded
-from .decision import Decision, resolve_effects
-from .linearization import LinearModel, linearize
-from .modes import Modes, mode_shapes, natural_frequencies
-from .scene import Scene, SceneError, load_scene
-from .simulate import Run, simulate
-from .statics import StaticEquilibrium, static_equilibrium
+from .analysis.decide import resolve_effects
+from .analysis.linearization import LinearModel, linearize
+from .analysis.modes import Modes, mode_shapes, natural_frequencies
+from .analysis.simulate import simulate
+from .analysis.statics import StaticEquilibrium, static_equilibrium
+from .compiled import kept_kernels  # noqa: F401  before any kernel is loaded
+from .motion.decision import Decision
+from .motion.run import Run
+from .scene.load import Scene, SceneError, load_scene
 
 __all__ = [
     "Decision",

@@ -41,17 +41,27 @@ from sensor_msgs.msg import JointState, PointCloud2
 from simulation_interfaces.msg import EntityState
 from std_msgs.msg import Float64MultiArray, String
 
-from . import conversions
-from .commands import CommandRefused, Commands
+from .analysis.decide import decide
 from .integrators import METHODS
-from .link_motion import link_motion
-from .pace import PRIORITY, SECOND, go_first, threads
-from .realtime import Loop, Output
-from .robot_description import robot_description
-from .scene import Scene, SceneError, faults_from_text, load_scene
-from .sensor_messages import SensorMessages
-from .settings import CHANGEABLE, OVERRIDE, SettingError, Settings, changed, meanings, schedule, settings
-from .simulation import Simulation
+from .motion.link_motion import link_motion
+from .motion.simulation import Simulation
+from .scene.load import Scene, SceneError, faults_from_text, load_scene
+from .service import conversions
+from .service.commands import CommandRefused, Commands
+from .service.pace import PRIORITY, SECOND, go_first, threads
+from .service.realtime import Loop, Output
+from .service.robot_description import robot_description
+from .service.sensor_messages import SensorMessages
+from .service.settings import (
+    CHANGEABLE,
+    OVERRIDE,
+    SettingError,
+    Settings,
+    changed,
+    meanings,
+    schedule,
+    settings,
+)
 
 NAME = "flexsim_node"
 QUEUE = QoSProfile(depth=10)
@@ -83,7 +93,8 @@ class FlexsimNode(Node):
         self._plain_scene = load_steady(self.settings)
         self.scene = with_faults(self._plain_scene, self.settings.faults)
         self.timing = schedule(self.settings, self.scene.solver.step)
-        robot = Simulation(self.scene, self.timing.step)
+        decided, self.decision = decide(self.scene)
+        robot = Simulation(decided, self.timing.step)
         links = [link.name for link in self.scene.links]
         self.commands = Commands(self.scene.joint_names, self.scene.passive_joints, links)
         self._messages = conversions.StateMessages(robot)
@@ -114,6 +125,7 @@ class FlexsimNode(Node):
             command_timeout=self.settings.command_timeout,
             wait_for_command=self.settings.wait_for_command,
             audience=self._audience,
+            scope=None if self.decision is None else self.decision.envelope,
         )
         self._listen()
         self.simulation = SimulationServices(
@@ -129,7 +141,7 @@ class FlexsimNode(Node):
         self._said_stopped = False
         self._commanders: list[str] = []
         self.troubles = 0  # inputs that came to nothing
-        for line in robot.model.decision.sentences() if robot.model.decision else ():
+        for line in self.decision.sentences() if self.decision else ():
             self.get_logger().info(f"auto: {line}")
         self.get_logger().info(
             f"{self.scene.name}: {robot.model.joints} joints, {robot.model.unknowns} unknowns, "
@@ -144,7 +156,7 @@ class FlexsimNode(Node):
             robot.scene.model_dump(),
             {name: getattr(self.settings, name) for name in meanings()},
             overrides=self.settings.override,
-            effects=robot.model.decision.sentences() if robot.model.decision else (),
+            effects=self.decision.sentences() if self.decision else (),
             file=self.settings.scene,
             since=now / SECOND,
             ticks=ticks,
@@ -303,9 +315,8 @@ class FlexsimNode(Node):
                 f"several publish commands: {', '.join(commanders)}; the latest holds, whoever sent it"
             )
         self._commanders = commanders
-        if self.loop.robot.model.decision is not None:
-            decision = self.loop.robot.model.decision
-            message.status.append(conversions.effects_status(decision, self.scene.name))
+        if self.decision is not None:
+            message.status.append(conversions.effects_status(self.decision, self.scene.name))
         self._diagnostics.publish(named(message, self))
         if last:
             self._diagnostics.wait_for_all_acked(Duration(seconds=0.5))

@@ -1,1 +1,1 @@
-"""The `flexsim` command: one file a verb, and the folders its verbs share."""
+"""The `flexsim` command: verbs/ has one file a verb, the other folders what verbs share."""

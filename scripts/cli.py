@@ -1,6 +1,6 @@
 """The `flexsim` command line: finds a verb's file by its name and runs it.
 
-A verb is a file of this folder that defines `command`, a `click.Command`. Its imports at the
+A verb is a file of verbs/ that defines `command`, a `click.Command`. Its imports at the
 top must be light; what is heavy (rclpy, numba, rerun) is imported when the verb runs, so that
 `flexsim --help` answers at once.
 """
@@ -30,19 +30,18 @@ EXPECTED_FAILURES = (OSError, ValueError, RuntimeError, LookupError, ArithmeticE
 
 
 class Verbs(click.Group):
-    """A click group whose commands are the files beside this one."""
+    """A click group whose commands are the files of verbs/."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the verbs' names, alphabetically."""
-        beside = pkgutil.iter_modules([str(Path(__file__).parent)])
-        names = (m.name for m in beside if not m.ispkg and m.name != "cli")
-        return sorted(name.replace("_", "-") for name in names)
+        files = pkgutil.iter_modules([str(Path(__file__).parent / "verbs")])
+        return sorted(m.name.replace("_", "-") for m in files)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import the verb's file, or return None where there is none."""
         if cmd_name not in self.list_commands(ctx):
             return None
-        module = importlib.import_module(f"{PACKAGE}.{cmd_name.replace('-', '_')}")
+        module = importlib.import_module(f"{PACKAGE}.verbs.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command
 

@@ -75,7 +75,13 @@ def test_the_locks_hold_what_pyproject_asks_for_on_every_python(python: str) -> 
 
 def test_a_wheel_holds_every_file_and_nothing_named_scripts(tmp_path: Path) -> None:
     source = tmp_path / "source"
-    for folder in ("flexsim_node", "thermal_node", "scripts", "msgs_schema/flexsim_ros"):
+    for folder in (
+        "flexsim_node",
+        "thermal_node",
+        "scripts",
+        "msgs_schema/flexsim_core",
+        "msgs_schema/flexsim_ros",
+    ):
         shutil.copytree(ROOT / folder, source / folder)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
@@ -85,7 +91,7 @@ def test_a_wheel_holds_every_file_and_nothing_named_scripts(tmp_path: Path) -> N
     with zipfile.ZipFile(next(tmp_path.glob("flexsim-*.whl"))) as wheel:
         held = {name for name in wheel.namelist() if name.endswith(".py")}
     files = (path.relative_to(source) for path in source.rglob("*.py") if "build" not in path.parts)
-    places = {r"^scripts/": "flexsim/", r"^msgs_schema/flexsim_ros/": "flexsim_ros/"}
+    places = {r"^scripts/": "flexsim/", r"^msgs_schema/": ""}
     wanted = {str(path) for path in files}
     for folder, place in places.items():
         wanted = {re.sub(folder, place, path) for path in wanted}

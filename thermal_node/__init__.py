@@ -5,16 +5,16 @@ run = simulate(load_scene("config/thesis_door.yaml"), duration=3600.0, sample_pe
 print(run.verdict)
 """
 
-from . import compiled  # noqa: F401  before any kernel is loaded
-from .criteria import Criteria
-from .furnace import Measured
-from .heat import Heat, HeatBalance, Saved
-from .model import DoorModel, door_model
-from .probes import InfraredView, Probes, probes_of
-from .scene import Scene, SceneError, load_scene
-from .simulate import Run, simulate
-from .status import State, Status
-from .tolerance import FurnaceTolerance
+from .analysis.simulate import Run, simulate
+from .burning.march import Heat, HeatBalance, Saved
+from .burning.status import State, Status
+from .compiled import kept_kernels as compiled  # noqa: F401  before any kernel is loaded
+from .criteria.criteria import Criteria
+from .criteria.tolerance import FurnaceTolerance
+from .furnace.furnace import Measured
+from .model.door_model import DoorModel, door_model
+from .model.probes import InfraredView, Probes, probes_of
+from .scene.load import Scene, SceneError, load_scene
 
 __all__ = [
     "Criteria",

@@ -44,13 +44,13 @@ from sensor_msgs.msg import Image, PointCloud2, Temperature
 from simulation_interfaces.msg import EntityState
 from std_msgs.msg import String
 
-from . import conversions
-from .background_deformation import BackgroundDeformation
-from .fire_test import FireTest
-from .furnace import with_its_log
-from .realtime import SECOND, Loop, Output
-from .scene import Scene, SceneError, load_scene
-from .settings import CHANGEABLE, OVERRIDE, SettingError, Settings, meanings, settings
+from .furnace.furnace import with_its_log
+from .scene.load import Scene, SceneError, load_scene
+from .service import conversions
+from .service.background_deformation import BackgroundDeformation
+from .service.fire_test import FireTest
+from .service.realtime import SECOND, Loop, Output
+from .service.settings import CHANGEABLE, OVERRIDE, SettingError, Settings, meanings, settings
 
 NAME = "thermal_node"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from thermal_node.conduction import ABSOLUTE_ZERO, STEFAN_BOLTZMANN
-from thermal_node.model import DoorModel
+from thermal_node.heat.conduction import ABSOLUTE_ZERO, STEFAN_BOLTZMANN
+from thermal_node.model.door_model import DoorModel
 
 CCX = "ccx"
 

@@ -13,7 +13,9 @@ import numpy as np
 from scipy.integrate import DOP853, DenseOutput, Radau
 from scipy.optimize import brentq
 
-from ..acceleration import (
+from ..equations.constraints.closure import close
+from ..equations.constraints.friction import COLUMNS, FORCE, STUCK, close_resting, rub_by_rate, stand_still
+from ..equations.dynamics.acceleration import (
     LOOP_OPEN,
     NOT_CONVERGED,
     NOT_FINITE,
@@ -24,11 +26,9 @@ from ..acceleration import (
     drive_joints,
     finite,
 )
-from ..chain import COULOMB, COULOMB_SPEED, Workspace
-from ..closure import close
-from ..friction import COLUMNS, FORCE, STUCK, close_resting, rub_by_rate, stand_still
-from ..model import Model
-from ..watch import valid
+from ..equations.dynamics.watch import valid
+from ..model.chain import COULOMB, COULOMB_SPEED, Workspace
+from ..model.model import Model
 
 SOLVERS = {"radau": Radau, "dop853": DOP853}
 MOVING = 1e-9  # rad/s or m/s: a joint that was at rest and is as fast as this slides

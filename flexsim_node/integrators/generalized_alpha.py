@@ -10,7 +10,10 @@ Bruels, Multibody Syst. Dyn. 18 (2007) 185); those of the end are extrapolated f
 
 from __future__ import annotations
 
-from ..acceleration import (
+from ..compiled.kernel import kernel
+from ..equations.constraints.closure import keep_closed, linearise_loops
+from ..equations.constraints.friction import close_resting, rub, rub_by_rate, stand_still, stay
+from ..equations.dynamics.acceleration import (
     LOOP_OPEN,
     NOT_CONVERGED,
     NOT_FINITE,
@@ -21,15 +24,12 @@ from ..acceleration import (
     drive_joints,
     finite,
 )
-from ..chain import BETA
-from ..closure import keep_closed, linearise_loops
-from ..dynamics import imbalance
-from ..external import load_at
-from ..factorization import factorize, set_scale
-from ..friction import close_resting, rub, rub_by_rate, stand_still, stay
-from ..kernel import kernel
-from ..substitution import solve
-from ..watch import valid
+from ..equations.dynamics.residual import imbalance
+from ..equations.dynamics.watch import valid
+from ..equations.forces.external import load_at
+from ..equations.solve.factorization import factorize, set_scale
+from ..equations.solve.substitution import solve
+from ..model.chain import BETA
 
 ORDER = 2
 SMOOTHING = None  # its accelerations are means over a step: a held load's jumps leave nothing in them

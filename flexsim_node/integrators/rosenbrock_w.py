@@ -33,7 +33,10 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..acceleration import (
+from ..compiled.kernel import kernel
+from ..equations.constraints.closure import keep_closed, linearise_loops
+from ..equations.constraints.friction import close_resting, rub, rub_by_rate, stand_still, stay
+from ..equations.dynamics.acceleration import (
     LOOP_OPEN,
     NOT_CONVERGED,
     NOT_FINITE,
@@ -43,15 +46,12 @@ from ..acceleration import (
     drive_joints,
     finite,
 )
-from ..chain import ALPHA, BETA, COORDINATES, KEEP
-from ..closure import keep_closed, linearise_loops
-from ..dynamics import imbalance
-from ..external import load_at
-from ..factorization import factorize, set_scale
-from ..friction import close_resting, rub, rub_by_rate, stand_still, stay
-from ..kernel import kernel
-from ..substitution import solve
-from ..watch import valid
+from ..equations.dynamics.residual import imbalance
+from ..equations.dynamics.watch import valid
+from ..equations.forces.external import load_at
+from ..equations.solve.factorization import factorize, set_scale
+from ..equations.solve.substitution import solve
+from ..model.chain import ALPHA, BETA, COORDINATES, KEEP
 
 GAMMA = 1.0 - 1.0 / sqrt(2.0)
 ORDER = 2

@@ -6,7 +6,9 @@ if friction can hold it.  Smooth friction (`coulomb_speed`) that is too steep fo
 
 from __future__ import annotations
 
-from ..acceleration import (
+from ..compiled.kernel import kernel
+from ..equations.constraints.friction import close_resting, rub_by_rate, stand_still, stop
+from ..equations.dynamics.acceleration import (
     FRICTION_TOO_STIFF,
     LOOP_OPEN,
     NOT_CONVERGED,
@@ -17,10 +19,8 @@ from ..acceleration import (
     drive_joints,
     finite,
 )
-from ..external import load_at
-from ..friction import close_resting, rub_by_rate, stand_still, stop
-from ..kernel import kernel
-from ..watch import valid
+from ..equations.dynamics.watch import valid
+from ..equations.forces.external import load_at
 
 ORDER = 4
 SMOOTHING = 0.0  # it follows every mode that it can step

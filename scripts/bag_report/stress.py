@@ -1,6 +1,6 @@
 """Stress along the links, from elastic states and the sections of the scene.
 
-At the ends of each element its strains follow from its nodes (flexsim_node/beam.py): extension with, under
+At the ends of each element its strains follow from its nodes (elements/beam.py): extension with, under
 the effect `centrifugal`, the mean of half the squared slope; the curvatures of its cubics; its twist. With
 the formulation `co_moving`, whose turns may be large, all is taken about each element's chord. Of a
 section's points the worst is taken: normal stress where both bendings and the axial force add up, and with
@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from flexsim_node import Scene
-from flexsim_node.element import stiffening
-from flexsim_node.erls import beam_axes
-from flexsim_node.schema import Beam, Link
-from flexsim_node.section import section
+from flexsim_node.elements.element import stiffening
+from flexsim_node.elements.section import section
+from flexsim_node.model.erls import beam_axes
+from flexsim_node.scene.schema import Beam, Link
 
 from ..bag import Bag, BagError
 from ..bag.messages import Gathered, Messages, Thinner

@@ -54,7 +54,7 @@ def control(node: Any, stopped: Stop) -> None:
     from std_msgs.msg import Float64MultiArray
 
     from flexsim_node import load_scene
-    from flexsim_node.pace import SECOND, Pace, go_first, sleep_finely
+    from flexsim_node.service.pace import SECOND, Pace, go_first, sleep_finely
 
     given = read_parameters(node)
     scene = load_scene(given["scene"])

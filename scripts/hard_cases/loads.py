@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from flexsim_node import load_scene, natural_frequencies, simulate, static_equilibrium
-from flexsim_node.section import torsion_constant
+from flexsim_node.elements.section import torsion_constant
 
 from .case import STEEL, Case, Outcome, Scene, arm, bar, finite, planar
 from .motions import spin

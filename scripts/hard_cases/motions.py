@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 from .case import Case, Outcome, arm, balanced, bar, bounded, close, finite, planar, stopped
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from flexsim_node import Run, SceneError, load_scene, simulate
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 from .case import (
     Case,

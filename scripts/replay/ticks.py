@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsim_node import Scene
-from flexsim_node.chain import Workspace
-from flexsim_node.settings import Settings, schedule
-from flexsim_node.simulation import Simulation
+from flexsim_node.analysis.decide import decide
+from flexsim_node.model.chain import Workspace
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.service.settings import Settings, schedule
 
 from ..bag import Bag, BagError
 from .drive import SECOND, STAMP, Drive, joint_topic, stamps
@@ -53,7 +54,7 @@ class Search:
     def __init__(self, drive: Drive, bag: Bag, scene: Scene, step: float, steps: int, ticks: int) -> None:
         self.drive = drive
         self.steps, self.ticks = steps, ticks
-        self.robot = Simulation(scene, step)
+        self.robot = Simulation(decide(scene)[0], step)
         self.robot.warm()
         topic = joint_topic(bag)
         _, columns = bag.columns(topic, ["position", "velocity", *STAMP])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,10 +13,7 @@ from flexsim_node import Run, Scene
 
 from .motion import Motion, far
 from .point import Array, Outcome
-from .robot_grid import STEPS
-
-if TYPE_CHECKING:
-    from .robot import RobotStudy
+from .robot_grid import STEPS, RobotGrid
 
 LONGER = (1, 2, 4)
 """Durations that an advice is measured at, in those studied."""
@@ -28,7 +25,35 @@ ALONE = 9
 """Runs whose times are taken alone."""
 
 
-def outlook(study: RobotStudy, outcome: Outcome, tolerance: float | None) -> dict[str, Any]:
+class Moving(Protocol):
+    """A study whose motion can be run: RobotStudy."""
+
+    duration: float
+    period: float
+    sines: dict[str, tuple[float, float]]
+    grid: RobotGrid
+
+    def scene_with(self, overrides: Mapping[str, Any]) -> Scene:
+        """The scene with overrides."""
+
+    def sample_of(self, scene: Scene) -> float:
+        """The time between samples, s."""
+
+    def move(
+        self,
+        scene: Scene,
+        duration: float | None = None,
+        exact: bool = False,
+        louder: float = 1.0,
+        sample: float | None = None,
+    ) -> Run:
+        """Run the motion."""
+
+    def motion(self, run: Run) -> Motion:
+        """The tips and joints of a run."""
+
+
+def outlook(study: Moving, outcome: Outcome, tolerance: float | None) -> dict[str, Any]:
     """The chosen point's error over longer durations and on motions nearby.
 
     Each is held against two runs of the grid's finest mesh whose steps are the grid's finest and half that,
@@ -69,7 +94,7 @@ def outlook(study: RobotStudy, outcome: Outcome, tolerance: float | None) -> dic
     return found
 
 
-def _nearby(study: RobotStudy, scene: Scene) -> dict[str, dict[str, Any]]:
+def _nearby(study: Moving, scene: Scene) -> dict[str, dict[str, Any]]:
     """Motions nearby: what is changed of the run, by what is said of it."""
     start = scene.start("position") + NUDGE * np.array([j.actuated for j in scene.joints])
     found: dict[str, dict[str, Any]] = {
@@ -81,7 +106,7 @@ def _nearby(study: RobotStudy, scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def _compared(
-    study: RobotStudy, scene: Scene, duration: float, changed: Mapping[str, Any]
+    study: Moving, scene: Scene, duration: float, changed: Mapping[str, Any]
 ) -> tuple[Array, Array, Array, str]:
     """The scene's tips (K, tips, 3) beside two references', as far as all run, and why not further."""
     louder = float(changed.get("louder", 1.0))
@@ -122,7 +147,7 @@ def _so_far(a: Array, b: Array) -> Array:
     return np.maximum.accumulate(np.linalg.norm(a - b, axis=-1).max(axis=1))
 
 
-def taken_alone(study: RobotStudy, outcome: Outcome) -> dict[str, Any]:
+def taken_alone(study: Moving, outcome: Outcome) -> dict[str, Any]:
     """A step's time, s: median and 99th percentile over runs of the choice alone, and their spread.
 
     busy : the machine's load over its cores before; above 1 the times are not the point's own

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from flexsim_node import Run, Scene, load_scene, natural_frequencies, simulate
-from flexsim_node.faults import COMMANDS, SENSORS
-from flexsim_node.formulations import in_formulation
-from flexsim_node.jumps import torque_jumps
+from flexsim_node.motion.faults import COMMANDS, SENSORS
+from flexsim_node.motion.jumps import torque_jumps
+from flexsim_node.scene.variants import in_formulation
 
 from .document import read_document
 from .estimate import SAFETY, settle

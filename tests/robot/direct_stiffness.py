@@ -13,8 +13,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.linalg import eigh, null_space
 
-from flexsim_node.schema import Beam, Link, Scene
-from flexsim_node.section import section
+from flexsim_node.elements.section import section
+from flexsim_node.scene.schema import Beam, Link, Scene
 
 FREE = {"axial": [0], "torsion": [3], "bending_y": [2, 4], "bending_z": [1, 5]}  # effect to dofs, beam axes
 

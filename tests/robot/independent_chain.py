@@ -24,8 +24,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flexsim_node.schema import Link, Scene
-from flexsim_node.section import section
+from flexsim_node.elements.section import section
+from flexsim_node.scene.schema import Link, Scene
 
 STEP = 1e-30  # of the complex derivative; no difference is taken, so it can be this small
 GAUSS, WEIGHT = np.polynomial.legendre.leggauss(6)

@@ -17,7 +17,7 @@ from independent_chain import (
     rotation_z,
 )
 
-from flexsim_node.scene import Scene
+from flexsim_node.scene.load import Scene
 
 
 def exponential(t: np.ndarray, rate: np.ndarray) -> Moving:

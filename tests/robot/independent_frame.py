@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import LinAlgError, eig, eigh
 
-from flexsim_node.schema import Link, Scene
+from flexsim_node.scene.schema import Link, Scene
 
 COMPLEX_STEP = 1e-30
 DIFFERENCE = 2e-3  # rad and m, of the five-point differences

@@ -14,8 +14,8 @@ import numpy as np
 from direct_stiffness import beam_matrices, bending, frame_of
 from scipy.linalg import eigh
 
-from flexsim_node.schema import Scene
-from flexsim_node.section import section
+from flexsim_node.elements.section import section
+from flexsim_node.scene.schema import Scene
 
 TINY = 1e-25  # of complex steps
 STEP = 1e-6  # m or rad, of the Hessian's differences

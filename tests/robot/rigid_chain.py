@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 from independent_chain import beam_axes, rotation_x
 
-from flexsim_node.schema import Link, Scene
+from flexsim_node.scene.schema import Link, Scene
 
 
 def rotation_z(angle: float) -> np.ndarray:

@@ -4,9 +4,9 @@ import numpy as np
 from scenes import CONFIG
 
 from flexsim_node import load_scene
-from flexsim_node.aligned import LINE, aligned, zeros
-from flexsim_node.chain import workspace
-from flexsim_node.model import build_model
+from flexsim_node.compiled.aligned import LINE, aligned, zeros
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import build_model
 
 
 def test_arrays_of_a_step():

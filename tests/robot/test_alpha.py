@@ -6,12 +6,12 @@ from scenes import anthropomorphic, link, robot, two_link
 from test_independent_equations import SCENES, SETS
 
 from flexsim_node import SceneError, load_scene
-from flexsim_node.chain import COORDINATES, FIXED, KIND, PHI, Q, workspace
-from flexsim_node.factorization import factorize, set_scale
-from flexsim_node.kinematics import place
-from flexsim_node.model import build_model
-from flexsim_node.substitution import solve
-from flexsim_node.tangent import damping_matrix, mass_matrix
+from flexsim_node.equations.dynamics.tangent import damping_matrix, mass_matrix
+from flexsim_node.equations.kinematics.nodal_motion import place
+from flexsim_node.equations.solve.factorization import factorize, set_scale
+from flexsim_node.equations.solve.substitution import solve
+from flexsim_node.model.chain import COORDINATES, FIXED, KIND, PHI, Q, workspace
+from flexsim_node.model.model import build_model
 
 pytestmark = pytest.mark.equations
 

@@ -8,12 +8,12 @@ from scipy.spatial.transform import Rotation
 from test_independent_equations import PAYLOAD, SCENES
 
 from flexsim_node import SceneError, load_scene
-from flexsim_node.acceleration import acceleration
-from flexsim_node.chain import workspace
-from flexsim_node.energy import energy
-from flexsim_node.model import build_model
-from flexsim_node.modes import natural_frequencies
-from flexsim_node.simulation import Simulation
+from flexsim_node.analysis.modes import natural_frequencies
+from flexsim_node.equations.dynamics.acceleration import acceleration
+from flexsim_node.equations.dynamics.energy import energy
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import build_model
+from flexsim_node.motion.simulation import Simulation
 
 pytestmark = pytest.mark.equations
 CO_MOVING = {"formulation": "co_moving"}

@@ -63,8 +63,8 @@ def frame(elements, gravity):
 
 
 def exact_frame(gravity):
-    from flexsim_node.schema import Beam
-    from flexsim_node.section import section
+    from flexsim_node.elements.section import section
+    from flexsim_node.scene.schema import Beam
 
     s = section(Beam(**BEAM))
     young = BEAM["youngs_modulus"]

@@ -6,10 +6,10 @@ from scenes import anthropomorphic, link, robot
 from test_sensors import G, at_rest, rotation
 
 from flexsim_node import load_scene
-from flexsim_node.chain import workspace
-from flexsim_node.model import build_model
-from flexsim_node.observation import Observation
-from flexsim_node.sensors import Sensors
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import build_model
+from flexsim_node.sensors.instruments import Sensors
+from flexsim_node.sensors.observation import Observation
 
 CO_MOVING = {"formulation": "co_moving"}
 EVERYWHERE = [

@@ -5,9 +5,9 @@ import pytest
 from scenes import anthropomorphic, link, robot
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.acceleration import acceleration
-from flexsim_node.beam import INERTIA_Y, INERTIA_Z, POLAR, SHEAR_Y, SHEAR_Z, STIFFENING
-from flexsim_node.chain import (
+from flexsim_node.elements.beam import INERTIA_Y, INERTIA_Z, POLAR, SHEAR_Y, SHEAR_Z, STIFFENING
+from flexsim_node.equations.dynamics.acceleration import acceleration
+from flexsim_node.model.chain import (
     ALPHA,
     BETA,
     CORIOLIS,
@@ -20,8 +20,8 @@ from flexsim_node.chain import (
     SPRING,
     VISCOUS,
 )
-from flexsim_node.schema import Effects
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.scene.schema import Effects
 
 JOINT = {
     "viscous_friction": 0.5,

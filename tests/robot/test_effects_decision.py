@@ -5,11 +5,11 @@ import pytest
 from scenes import link, robot, two_link
 
 from flexsim_node import SceneError, linearize, load_scene, natural_frequencies, resolve_effects, simulate
-from flexsim_node.decision import SHARE
-from flexsim_node.effects import Trial, envelope_trials, with_effect
-from flexsim_node.model import build_model
-from flexsim_node.step_cost import step_costs
-from flexsim_node.torque_profile import torque_profile
+from flexsim_node.analysis.decide import SHARE, decide
+from flexsim_node.analysis.effects import Trial, envelope_trials
+from flexsim_node.analysis.step_cost import step_costs
+from flexsim_node.scene.torque_profile import torque_profile
+from flexsim_node.scene.variants import with_effect
 
 OPEN = {"effects": "auto", "duration": 0.2, "damping": {"alpha": 2.0, "beta": 5e-4}}
 
@@ -156,7 +156,7 @@ def test_everything_takes_the_same_decision():
     """simulate, linear models and frequencies are those of the decided scene; a run says what was decided."""
     scene = scene_of(1e-5)
     decided = resolve_effects(scene).scene
-    assert build_model(scene).scene == decided
+    assert decide(scene)[0] == decided
     run, right = simulate(scene, duration=0.05), simulate(decided, duration=0.05)
     assert np.array_equal(run.link_end, right.link_end)
     assert run.decision.left_out == resolve_effects(scene).left_out

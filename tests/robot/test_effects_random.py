@@ -5,8 +5,8 @@ import pytest
 from scenes import link, robot
 
 from flexsim_node import load_scene, resolve_effects, simulate
-from flexsim_node.effects import everything_open_on
-from flexsim_node.torque_profile import torque_profile
+from flexsim_node.scene.torque_profile import torque_profile
+from flexsim_node.scene.variants import everything_open_on
 
 NIGHTLY = 100
 

@@ -7,7 +7,7 @@ from scipy.integrate import simpson
 from test_independent_equations import oblique, pieces, sliding
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 
 def softened(scene, **keys):

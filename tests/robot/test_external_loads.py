@@ -6,11 +6,11 @@ from scenes import anthropomorphic, link, robot, two_link
 from scipy.spatial.transform import Rotation
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.chain import workspace
-from flexsim_node.dynamics import residual
-from flexsim_node.model import build_model
-from flexsim_node.observation import Observation
-from flexsim_node.simulation import Simulation
+from flexsim_node.equations.dynamics.residual import residual
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import build_model
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.sensors.observation import Observation
 
 
 @pytest.mark.parametrize("scene", [two_link(), anthropomorphic()], ids=["plane", "space"])

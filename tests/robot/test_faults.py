@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.faults import Faults
-from flexsim_node.scene import SceneError, faults_from_text
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.faults import Faults
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.scene.load import SceneError, faults_from_text
 
 CONFIG = Path(__file__).parents[2] / "config"
 STEP = 1e-3

@@ -5,15 +5,16 @@ import pytest
 from scenes import link, robot
 
 from flexsim_node import SceneError, linearize, load_scene, natural_frequencies, resolve_effects, simulate
-from flexsim_node.decision import SHARE
-from flexsim_node.effects import Trial
-from flexsim_node.formulations import DOUBLINGS, distance_of, finer, in_formulation
-from flexsim_node.model import build_model
-from flexsim_node.schema import Undecided
-from flexsim_node.simulation import Simulation
-from flexsim_node.step_cost import step_costs
-from flexsim_node.tables import Tables
-from flexsim_node.torque_profile import torque_profile
+from flexsim_node.analysis.decide import SHARE, decide
+from flexsim_node.analysis.effects import Trial
+from flexsim_node.analysis.formulations import DOUBLINGS, distance_of
+from flexsim_node.analysis.step_cost import step_costs
+from flexsim_node.model.model import build_model
+from flexsim_node.model.tables import Tables
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.scene.schema import Undecided
+from flexsim_node.scene.torque_profile import torque_profile
+from flexsim_node.scene.variants import finer, in_formulation
 
 SOFT, STIFF = 7e8, 2e11
 
@@ -98,11 +99,11 @@ def test_everything_takes_the_same_formulation():
     for modulus in (SOFT, STIFF):
         scene = arm(modulus)
         decided = resolve_effects(scene).scene
-        assert build_model(scene).scene == decided
+        assert decide(scene)[0] == decided
         run, right = simulate(scene, duration=0.02), simulate(decided, duration=0.02)
         assert np.array_equal(run.link_end, right.link_end)
         assert run.decision.scene.formulation == decided.formulation
-        robot_ = Simulation(scene)
+        robot_ = Simulation(decide(scene)[0])
         assert robot_.scene == decided  # which the node publishes
         assert load_scene(robot_.scene.model_dump()) == decided
         assert np.array_equal(linearize(scene, [0.2, 0.3]).A, linearize(decided, [0.2, 0.3]).A)
@@ -115,7 +116,7 @@ def test_a_payload_that_comes_in_flight_changes_no_decision():
     for modulus in (SOFT, STIFF):
         scene = arm(modulus, faults=drop)
         taken = resolve_effects(scene).scene.formulation
-        flown = Simulation(scene)
+        flown = Simulation(decide(scene)[0])
         assert flown.scene.formulation == taken
         assert {model.scene.formulation for _, model in flown._plants} == {taken}
         flown.set_faults(arm(modulus))
@@ -125,7 +126,7 @@ def test_a_payload_that_comes_in_flight_changes_no_decision():
 
 def test_the_same_scene_gets_the_same_decision():
     """Made anew, with nothing kept, it is the same to the last digit."""
-    from flexsim_node.decision import _resolved
+    from flexsim_node.analysis.decide import _resolved
 
     scene = arm(STIFF)
     first = resolve_effects(scene)
@@ -141,6 +142,10 @@ def test_an_undecided_formulation_reaches_no_kernel():
     scene = arm(STIFF)
     with pytest.raises(Undecided, match="formulation"):
         Tables(scene, True, ())
+    with pytest.raises(Undecided, match="formulation"):
+        build_model(scene)
+    with pytest.raises(Undecided, match="formulation"):
+        Simulation(scene)
     with pytest.raises(Undecided, match="decide it first"):
         Trial(scene)
     with pytest.raises(Undecided, match="formulation is auto"):
@@ -252,7 +257,7 @@ def test_a_mesh_that_is_too_coarse_for_the_tolerance_is_said():
 
 def test_cheap_frames_are_not_taken_where_only_they_need_more_elements(monkeypatch):
     """Were the ERLS good enough with its mesh and co-moving frames not, the ERLS would be taken."""
-    from flexsim_node import formulations
+    from flexsim_node.analysis import formulations
 
     changes = {"co_moving": 1e-3, "erls": 1e-6}
     monkeypatch.setattr(formulations, "twice_the_elements", lambda _, scene: changes[scene.formulation])

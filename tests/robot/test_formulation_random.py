@@ -5,8 +5,8 @@ import pytest
 from scenes import link, robot
 
 from flexsim_node import load_scene, resolve_effects, simulate
-from flexsim_node.formulations import nothing_left_out
-from flexsim_node.torque_profile import torque_profile
+from flexsim_node.scene.torque_profile import torque_profile
+from flexsim_node.scene.variants import nothing_left_out
 
 FEW = (4, 8, 15)  # seeds: co_moving and the ERLS, effects left to auto and not
 NIGHTLY = 60

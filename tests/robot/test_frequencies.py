@@ -5,7 +5,7 @@ import pytest
 from scenes import anthropomorphic, link, robot, two_link
 
 from flexsim_node import load_scene, mode_shapes, natural_frequencies
-from flexsim_node.section import section
+from flexsim_node.elements.section import section
 
 POINTS = {"rotary_inertia": False}
 LIMIT = [8.3474, 20.4347, 64.839, 79.488]  # Hz, Euler-Bernoulli

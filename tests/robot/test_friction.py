@@ -7,7 +7,7 @@ import pytest
 from scenes import link, robot
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 STILL = {"gravity": [0.0, 0.0, 0.0]}
 

@@ -6,7 +6,7 @@ from mechanisms import four_bar
 from scenes import link, robot
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 pytestmark = pytest.mark.equations
 

@@ -11,10 +11,10 @@ from independent_chain import IndependentChain
 from scenes import anthropomorphic, link, robot, two_link
 
 from flexsim_node import load_scene
-from flexsim_node.acceleration import acceleration
-from flexsim_node.chain import workspace
-from flexsim_node.energy import energy
-from flexsim_node.model import build_model
+from flexsim_node.equations.dynamics.acceleration import acceleration
+from flexsim_node.equations.dynamics.energy import energy
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import build_model
 
 pytestmark = pytest.mark.equations
 INERTIA = [[0.02, 0.001, 0.002], [0.001, 0.03, -0.003], [0.002, -0.003, 0.025]]

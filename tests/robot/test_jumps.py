@@ -5,7 +5,7 @@ import pytest
 from scenes import link, robot
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.jumps import Jumps, torque_jumps
+from flexsim_node.motion.jumps import Jumps, torque_jumps
 
 START = 0.0201933
 RATE = 133.28002132  # rad/s2: 6 N m on the rod of `rod` about its end

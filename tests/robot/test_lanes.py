@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import config
 
-from flexsim_node.kernel import kernel
-from flexsim_node.lanes import broadcast, load, multiply, multiply_add, store, total
+from flexsim_node.compiled.kernel import kernel
+from flexsim_node.compiled.lanes import broadcast, load, multiply, multiply_add, store, total
 
 
 @kernel

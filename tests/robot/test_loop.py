@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from flexsim_node import load_scene
-from flexsim_node.realtime import Loop
-from flexsim_node.settings import SettingError, Settings, schedule
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.service.realtime import Loop
+from flexsim_node.service.settings import SettingError, Settings, schedule
 
 SCENE = Path(__file__).parents[2] / "config" / "planar_double_pendulum.yaml"
 PATIENCE = 60.0

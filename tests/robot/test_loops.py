@@ -13,7 +13,7 @@ from scenes import CONFIG, DATA
 from scipy.integrate import simpson
 
 from flexsim_node import load_scene, simulate
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 TIGHT = {
     "solver.method": "dop853",

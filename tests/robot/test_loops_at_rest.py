@@ -7,9 +7,9 @@ from scenes import CONFIG, link, robot
 from test_loops import delta_place, rigid_delta
 
 from flexsim_node import SceneError, load_scene, natural_frequencies, simulate, static_equilibrium
-from flexsim_node.commands import CommandRefused, Commands
-from flexsim_node.linearization import linearize
-from flexsim_node.simulation import Simulation
+from flexsim_node.analysis.linearization import linearize
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.service.commands import CommandRefused, Commands
 
 MASS, STIFFNESS = 7800.0 * 0.03 * 0.01, 2e11 * 0.01 * 0.03**3 / 12  # kg/m, N m2
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from flexsim_node import planar_beam, spatial_beam, spatial_strain
-from flexsim_node.beam import (
+from flexsim_node.elements import planar_beam, spatial_beam, spatial_strain
+from flexsim_node.elements.beam import (
     AXIAL,
     BEND_Y,
     BEND_Z,

@@ -18,12 +18,12 @@ from robot_images import MIRROR, cut, mirrored, rotation, signs, straightened, t
 from scipy.integrate import simpson
 
 from flexsim_node import Run, load_scene, natural_frequencies, simulate, static_equilibrium
-from flexsim_node.acceleration import acceleration
-from flexsim_node.chain import workspace
-from flexsim_node.energy import energy
-from flexsim_node.model import build_model
-from flexsim_node.observation import Observation
-from flexsim_node.simulation import Simulation
+from flexsim_node.equations.dynamics.acceleration import acceleration
+from flexsim_node.equations.dynamics.energy import energy
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import build_model
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.sensors.observation import Observation
 
 NIGHTLY = 100  # seeds of every kind
 FORMULATIONS = ("erls", "co_moving")

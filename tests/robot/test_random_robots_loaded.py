@@ -149,7 +149,7 @@ def test_loaded_robot_described_otherwise(kind, seed):
 
 def test_the_frame_buckles_sideways_where_timoshenko_says():
     """The frame itself: a deep strip's frequency is gone at 4.0126 sqrt(EI GJ) / L2 of weight at its end."""
-    from flexsim_node.section import torsion_constant
+    from flexsim_node.elements.section import torsion_constant
 
     high, thin, length = 0.04, 0.001, 0.6
     critical = (

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from flexsim_node import load_scene
-from flexsim_node.realtime import Loop, Output
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.service.realtime import Loop, Output
 
 SCENE = Path(__file__).parents[2] / "config" / "simple_pendulum.yaml"
 

@@ -10,12 +10,12 @@ import pytest
 from scenes import link, robot
 
 from flexsim_node import load_scene
-from flexsim_node.beam import INERTIA_Y, INERTIA_Z, MASS
-from flexsim_node.chain import workspace
-from flexsim_node.dynamics import residual
-from flexsim_node.energy import energy
-from flexsim_node.model import Model, build_model
-from flexsim_node.reduced.layout import CENTRELINE, MASS_GRAM, SHAPE
+from flexsim_node.elements.beam import INERTIA_Y, INERTIA_Z, MASS
+from flexsim_node.equations.dynamics.energy import energy
+from flexsim_node.equations.dynamics.residual import residual
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import Model, build_model
+from flexsim_node.model.reduced.layout import CENTRELINE, MASS_GRAM, SHAPE
 
 pytestmark = pytest.mark.equations
 ELEMENTS, SEED = 4, 5

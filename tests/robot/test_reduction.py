@@ -5,20 +5,20 @@ import pytest
 from scenes import anthropomorphic, link, robot
 
 from flexsim_node import SceneError, load_scene, natural_frequencies, static_equilibrium
-from flexsim_node.acceleration import acceleration
-from flexsim_node.chain import ACCELERATION, COUNT, DISPLACEMENT, FIRST, RATE, workspace
-from flexsim_node.dynamics import link_forces, residual, stiffness_times
-from flexsim_node.factorization import factorize, set_scale
-from flexsim_node.kinematics import place, shape
-from flexsim_node.linearization import unknown_names
-from flexsim_node.model import build_model
-from flexsim_node.observation import Observation
-from flexsim_node.reduced import space
-from flexsim_node.reduced.layout import MODES, SHAPE
-from flexsim_node.sensors import Sensors
-from flexsim_node.statics import rest_shape
-from flexsim_node.substitution import solve
-from flexsim_node.tangent import differences
+from flexsim_node.analysis.linearization import unknown_names
+from flexsim_node.equations.dynamics.acceleration import acceleration
+from flexsim_node.equations.dynamics.residual import link_forces, residual, stiffness_times
+from flexsim_node.equations.dynamics.tangent import differences
+from flexsim_node.equations.kinematics.nodal_motion import place, shape
+from flexsim_node.equations.reduced import space
+from flexsim_node.equations.solve.factorization import factorize, set_scale
+from flexsim_node.equations.solve.substitution import solve
+from flexsim_node.model.chain import ACCELERATION, COUNT, DISPLACEMENT, FIRST, RATE, workspace
+from flexsim_node.model.model import build_model
+from flexsim_node.model.reduced.layout import MODES, SHAPE
+from flexsim_node.motion.rest_shape import rest_shape
+from flexsim_node.sensors.instruments import Sensors
+from flexsim_node.sensors.observation import Observation
 
 INERTIA = [[0.02, 0.001, 0.002], [0.001, 0.03, -0.003], [0.002, -0.003, 0.025]]
 PAYLOAD = {"mass": 1.3, "center_of_mass": [0.02, 0.03, -0.04], "inertia": INERTIA}
@@ -206,7 +206,7 @@ def arm(elements=8, damping=0.0, **keys):
 
 
 def reduced_to(modes, scene):
-    from flexsim_node.schema import Reduction
+    from flexsim_node.scene.schema import Reduction
 
     return scene.model_copy(update={"reduction": Reduction(modes=modes)})
 
@@ -233,7 +233,7 @@ def test_planar_frequencies_are_those_of_its_motion():
     scene = load_scene(planar(beam={"elements": 6}), {"reduction.modes": 3})
     flat = build_model(scene)
     found = natural_frequencies(scene, [0.2, 0.4])
-    from flexsim_node.tangent import elastic_stiffness, mass_matrix
+    from flexsim_node.equations.dynamics.tangent import elastic_stiffness, mass_matrix
 
     rooted = build_model(scene.model_copy(update={"erls": scene.erls.model_copy(update={"zeroed": "root"})}))
     x = np.zeros(rooted.unknowns)

@@ -9,10 +9,10 @@ import pinocchio as pin
 import pytest
 
 from flexsim_node import load_scene
-from flexsim_node.chain import workspace
-from flexsim_node.model import build_model
-from flexsim_node.observation import Observation
-from flexsim_node.robot_description import rigid_inertia, robot_description
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import build_model
+from flexsim_node.sensors.observation import Observation
+from flexsim_node.service.robot_description import rigid_inertia, robot_description
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCENES = [

@@ -5,7 +5,7 @@ import pytest
 from scenes import CONFIG, anthropomorphic, two_link
 
 from flexsim_node import SceneError, load_scene, natural_frequencies, simulate, static_equilibrium
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 ROBOTS = [
     "simple_pendulum",

@@ -200,7 +200,7 @@ def test_files_that_are_none(tmp_path, content, said):
         ({"solver.step": float("nan")}, "give a finite number"),
         ({"links.link_9.beam.elements": 3}, "no 'link_9' in links; give one of link_1, link_2"),
         ({"links.7.beam.elements": 3}, "no '7' in links; give one of link_1, link_2"),
-        ({"links.link_1.beam.width.x": 3}, "links.link_1.beam.width has no keys below it"),
+        ({"links.link_1.beam.width.x": 3}, "links.link_1.beam.width is 0.03 and has no keys below it"),
         ({"links": 3}, "override: links: is 3; give a list"),
         ({"solver": None}, "override: solver: is None; give keys such as method"),
         ({3: 4}, "override: 3: unknown key"),

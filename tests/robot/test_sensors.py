@@ -5,12 +5,12 @@ import pytest
 from scenes import anthropomorphic, link, robot, two_link
 
 from flexsim_node import SceneError, linearize, load_scene, simulate, static_equilibrium
-from flexsim_node.chain import workspace
-from flexsim_node.model import build_model
-from flexsim_node.observation import Observation
-from flexsim_node.sensors import Sensors
-from flexsim_node.simulation import Simulation
-from flexsim_node.statics import rest_shape
+from flexsim_node.model.chain import workspace
+from flexsim_node.model.model import build_model
+from flexsim_node.motion.rest_shape import rest_shape
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.sensors.instruments import Sensors
+from flexsim_node.sensors.observation import Observation
 
 LENGTH, G = 0.5, 9.81
 LINE = 7800 * 0.01 * 0.03  # kg/m

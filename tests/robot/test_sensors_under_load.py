@@ -6,8 +6,8 @@ from scenes import link, robot
 from test_sensors import LENGTH, LINE, E, G, at_rest, rotation
 
 from flexsim_node import SceneError, load_scene, simulate
-from flexsim_node.end_acceleration import Jumps
-from flexsim_node.simulation import Simulation
+from flexsim_node.equations.dynamics.end_acceleration import Jumps
+from flexsim_node.motion.simulation import Simulation
 
 STILL = {"j": lambda t: (0.0, 0.0, 0.0)}
 RATE = 2.0 * np.pi * 5.0

@@ -5,9 +5,9 @@ import pytest
 from scenes import anthropomorphic, link, robot, two_link
 
 from flexsim_node import SceneError, load_scene, simulate
-from flexsim_node.acceleration import NOT_VALID, OK
-from flexsim_node.load_stiffness import FIRST_STEPS
-from flexsim_node.simulation import Simulation
+from flexsim_node.equations.dynamics.acceleration import NOT_VALID, OK
+from flexsim_node.motion.load_stiffness import FIRST_STEPS
+from flexsim_node.motion.simulation import Simulation
 
 PUSH = {"base:bar": lambda t: np.array([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0])}
 

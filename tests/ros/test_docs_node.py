@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from flexsim_node.settings import meanings
+from flexsim_node.service.settings import meanings
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[2]

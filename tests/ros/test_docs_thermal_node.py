@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from processes import Background, ros_environment
 
-from thermal_node.settings import meanings
+from thermal_node.service.settings import meanings
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[2]

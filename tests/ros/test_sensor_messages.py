@@ -13,10 +13,10 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu
 
 from flexsim_node import load_scene, resolve_effects
-from flexsim_node.conversions import effects_status
-from flexsim_node.robot_description import BASE
-from flexsim_node.sensor_messages import SensorMessages
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
+from flexsim_node.service.conversions import effects_status
+from flexsim_node.service.robot_description import BASE
+from flexsim_node.service.sensor_messages import SensorMessages
 
 pytestmark = pytest.mark.ros
 SCENE = Path(__file__).parents[2] / "config" / "planar_double_pendulum.yaml"

@@ -13,7 +13,7 @@ from flexsim.controller.shaping import for_modes, shaper
 from flexsim.controller.trajectory import Trajectory
 
 from flexsim_node import load_scene
-from flexsim_node.simulation import Simulation
+from flexsim_node.motion.simulation import Simulation
 
 SCENE = Path(__file__).parents[2] / "config" / "anthropomorphic_geared.yaml"
 PERIOD, SETTLE = 2e-3, 1.5

@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 from click.testing import CliRunner
-from flexsim.accuracy import command
 from flexsim.study.choice import frontier
+from flexsim.verbs.accuracy import command
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "accuracy.md"

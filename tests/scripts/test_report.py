@@ -13,8 +13,8 @@ import pytest
 from flexsim.bag import Bag, BagWriter
 from flexsim.bag.scenes import attached
 from flexsim.bag_report.stress import LinkStrain
-from flexsim.report import look
 from flexsim.terminal.progress import Progress
+from flexsim.verbs.report import look
 from flexsim_msgs.msg import FireCriteria, Thermocouples
 from flexsim_ros.published_scene import scene_text
 from made_bags import Topics, diagnostics, elastic_layout, elastic_state, joint_state, stamp

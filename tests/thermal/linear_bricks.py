@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import spsolve
 
-from thermal_node.materials import steel_conductivity, steel_specific_heat
+from thermal_node.model.materials import steel_conductivity, steel_specific_heat
 
 Array = NDArray[np.float64]
 KELVIN, STEFAN_BOLTZMANN, AMBIENT = 273.15, 5.670374419e-8, 20.0

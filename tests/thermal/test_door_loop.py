@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 from door_scenes import door
+from flexsim_core.kept_kernels import forget_stale_kernels
 
 from thermal_node import load_scene
-from thermal_node.background_deformation import BackgroundDeformation
-from thermal_node.compiled import forget_stale_kernels
-from thermal_node.fire_test import FireTest
-from thermal_node.plausibility import NOT_FINITE, TOO_HIGH, TOO_LOW
-from thermal_node.realtime import Loop, Output
-from thermal_node.settings import SettingError, settings
+from thermal_node.furnace.plausibility import NOT_FINITE, TOO_HIGH, TOO_LOW
+from thermal_node.service.background_deformation import BackgroundDeformation
+from thermal_node.service.fire_test import FireTest
+from thermal_node.service.realtime import Loop, Output
+from thermal_node.service.settings import SettingError, settings
 
 COLUMN = door(solver={"model": "column"})
 

@@ -7,9 +7,9 @@ import pytest
 from door_scenes import DATA
 
 from thermal_node import Measured, load_scene
-from thermal_node.burners import LumpedFurnace
-from thermal_node.furnace import Curve, external, hydrocarbon, iso_834
-from thermal_node.materials import (
+from thermal_node.furnace.burners import LumpedFurnace
+from thermal_node.furnace.furnace import Curve, external, hydrocarbon, iso_834
+from thermal_node.model.materials import (
     steel,
     steel_conductivity,
     steel_elongation,
@@ -19,7 +19,7 @@ from thermal_node.materials import (
     steel_yield_factor,
     table,
 )
-from thermal_node.schema import Burners
+from thermal_node.scene.parts import Burners
 
 TABLE = DATA / "ec3_steel_table.csv"
 
@@ -107,7 +107,7 @@ def test_a_live_log_takes_only_what_it_can_use():
 def test_a_scene_can_change_one_property_of_steel():
     from door_scenes import door
 
-    from thermal_node.model import material_of
+    from thermal_node.model.door_model import material_of
 
     scene = load_scene(door(), {"materials.steel.density": 7850.0})
     changed = material_of("steel", scene)

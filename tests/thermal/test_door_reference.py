@@ -17,7 +17,7 @@ import pytest
 from door_scenes import DATA, door
 
 from thermal_node import load_scene, simulate
-from thermal_node.model import door_model
+from thermal_node.model.door_model import door_model
 
 TABLE = DATA / "door_quarter_calculix_probes.csv"
 

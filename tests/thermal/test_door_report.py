@@ -6,7 +6,7 @@ import pytest
 from door_scenes import door
 
 from thermal_node import load_scene, simulate
-from thermal_node.report import write_report
+from thermal_node.analysis.report import write_report
 
 
 @pytest.fixture(scope="module")

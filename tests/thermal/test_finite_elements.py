@@ -7,9 +7,9 @@ from skfem import Basis, BilinearForm, ElementHex1, ElementQuad1, MeshHex, MeshQ
 from skfem.helpers import dot, grad
 
 from thermal_node import Heat, door_model, load_scene
-from thermal_node.conduction import evaluate
-from thermal_node.linear import conjugate_gradients, factor_lines, krylov
-from thermal_node.steady import steady_state
+from thermal_node.burning.steady import steady_state
+from thermal_node.heat.conduction import evaluate
+from thermal_node.heat.linear import conjugate_gradients, factor_lines, krylov
 
 ELEMENTS = {"discretisation": "finite_element"}
 COARSE = {**ELEMENTS, "in_plane": [5, 4], "layers": [1, 3, 1]}

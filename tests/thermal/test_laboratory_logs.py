@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from thermal_node import SceneError
-from thermal_node.furnace import iso_834, read_log
-from thermal_node.thermocouple_log import read_thermocouple_log
+from thermal_node.furnace.furnace import iso_834, read_log
+from thermal_node.furnace.thermocouple_log import read_thermocouple_log
 
 TIME = np.arange(0.0, 3601.0, 30.0)
 HOT = iso_834(TIME)

@@ -9,9 +9,9 @@ import pytest
 from door_scenes import door
 
 from thermal_node import load_scene
-from thermal_node.fire_test import FireTest
-from thermal_node.plausibility import NOT_FINITE, TOO_FAST, TOO_HIGH, TOO_LOW, Limits, Plausibility
-from thermal_node.settings import SettingError, settings
+from thermal_node.furnace.plausibility import NOT_FINITE, TOO_FAST, TOO_HIGH, TOO_LOW, Limits, Plausibility
+from thermal_node.service.fire_test import FireTest
+from thermal_node.service.settings import SettingError, settings
 
 
 def iso_834(time: float) -> float:

@@ -7,11 +7,11 @@ import pytest
 from door_scenes import door
 
 from thermal_node import Criteria, SceneError, door_model, load_scene, probes_of, simulate
-from thermal_node.criterion import Criterion
+from thermal_node.criteria.criterion import Criterion
 from thermal_node.deformation.deflection import Deflection
-from thermal_node.furnace import Constant, Curve, Measured, astm_e119, hydrocarbon, iso_834
-from thermal_node.scene import changed
-from thermal_node.standards import STANDARDS, ul_points
+from thermal_node.furnace.furnace import Constant, Curve, Measured, astm_e119, hydrocarbon, iso_834
+from thermal_node.scene.load import changed
+from thermal_node.scene.standards import STANDARDS, ul_points
 
 COARSE = {"layers": [1, 6, 1]}
 COLUMN = {"solver": {"model": "column", "tolerance": 0.3}, "mesh": COARSE}

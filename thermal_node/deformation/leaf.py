@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..materials import Material
 from ..mesh.grading import graded_from_end
 from ..mesh.whole import whole_leaf
-from ..model import DoorModel, material_of
-from ..probes import weights_at
-from ..scene import SceneError
-from ..schema import Scene
-from ..supports import mechanism, supports, symmetric
+from ..model.door_model import DoorModel, material_of
+from ..model.materials import Material
+from ..model.probes import weights_at
+from ..scene.load import SceneError
+from ..scene.schema import Scene
+from ..scene.supports import mechanism, supports, symmetric
 from .deflection import Deflection
 from .shell import ShellLeaf
 from .solid import SolidLeaf
@@ -46,12 +46,16 @@ class Deformation:
         names = model.mesh.material_names
         materials = tuple(_stiff(name, scene) for name in names)
         half_y = 0.5 * scene.leaf.height
-        self.mirrored = "y" in model.mesh.mirror and symmetric(scene)
+        self.mirrored = "y" in model.mesh.mirror and symmetric(scene.leaf, scene.deformation)
         x, y, z = self._lines(scene)
         material, rim = _bricks(scene, names, x, y, z)
-        held = [((s.x, s.y, scene.leaf.thickness), s.axes) for s in supports(scene, half=self.mirrored)]
+        held = [
+            ((s.x, s.y, scene.leaf.thickness), s.axes)
+            for s in supports(scene.leaf, scene.deformation, half=self.mirrored)
+        ]
         whole = np.union1d(y, -y) if self.mirrored else y
-        free = mechanism(scene, [replace(s, y=_nearest(whole, s.y)) for s in supports(scene)])
+        placed = [replace(s, y=_nearest(whole, s.y)) for s in supports(scene.leaf, scene.deformation)]
+        free = mechanism(scene.leaf, scene.deformation, placed)
         if free:
             raise SceneError(
                 f"{scene.source}: deformation: on its mesh it {free}; give a finer deformation.in_plane"

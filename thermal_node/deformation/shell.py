@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 
-from ..materials import Material
+from ..model.materials import Material
 from .solid import SOFTEST
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix, csc_matrix
 from scipy.sparse.linalg import splu
 from skfem import ElementHex1, MeshHex
 
-from ..materials import Material
+from ..model.materials import Material
 from .brick import shape_functions, stiffness_and_load
 
 Array = NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..schema import Scene
+from ..scene.schema import Scene
 from .grading import Array, graded_both, graded_from_end
 from .leaf import LeafMesh, leaf_mesh
 

@@ -1,0 +1,1 @@
+"""The equations of motion as kernels, from nodal motion to accelerations."""

@@ -1,0 +1,1 @@
+"""Residual, accelerations and energy of the whole chain, and their tangents."""

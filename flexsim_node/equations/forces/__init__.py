@@ -1,0 +1,1 @@
+"""Forces from outside, and of damping."""

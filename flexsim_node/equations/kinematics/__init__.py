@@ -1,0 +1,1 @@
+"""Nodal motion over the rigid links' frames: poses, rates, accelerations, and back."""

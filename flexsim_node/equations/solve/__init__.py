@@ -1,0 +1,1 @@
+"""Block elimination along the chain: factors of M + c K, and solving with them."""

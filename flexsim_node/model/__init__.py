@@ -1,0 +1,1 @@
+"""The immutable arrays of a scene: numbering, constants, zeroed dofs, closing equations."""

@@ -1,0 +1,1 @@
+"""Craig-Bampton reduction of a link: its modes, constants and where they lie."""

@@ -1,0 +1,1 @@
+"""A robot in motion: state, steps, runs, faults, loops that are assembled, validity."""

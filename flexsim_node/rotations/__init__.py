@@ -1,0 +1,1 @@
+"""Finite rotations: rotation vectors, sections turned to second order."""

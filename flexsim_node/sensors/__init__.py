@@ -1,0 +1,1 @@
+"""What instruments on the links read, and what a user sees of a state."""

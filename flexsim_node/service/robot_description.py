@@ -1,0 +1,181 @@
+"""The rigid robot as URDF: geometry and inertia, for robot_state_publisher, RViz and planners.
+
+A URDF link's frame sits at its joint, where Denavit-Hartenberg's sits at the link's far end.  So
+frame l of the URDF is frame l-1 of the robot turned (or slid) by joint l, and a last link, `tip`,
+is the last frame itself.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as xml
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..elements.section import section
+from ..model.erls import beam_axes, rotation_x
+from ..scene.schema import BASE, Beam, Link, Scene
+
+TIP = "tip"
+FAR = 1e3  # m; URDF insists on limits for a sliding joint, a scene has none
+COLOURS = ("0.36 0.43 0.52 1", "0.85 0.52 0.22 1")
+
+
+def robot_description(scene: Scene) -> str:
+    """Return a scene's robot as the text of a URDF."""
+    robot = xml.Element("robot", name=scene.name)
+    for n, colour in enumerate(COLOURS):
+        xml.SubElement(xml.SubElement(robot, "material", name=f"colour_{n}"), "color", rgba=colour)
+    xml.SubElement(robot, "link", name=root_name(scene))
+    names = iter(scene.joint_names)
+    for n, (link, parent) in enumerate(zip(scene.links, scene.parents, strict=True)):
+        name, place, turn = _end(scene, parent)
+        angle = link.dh.theta
+        c, s = np.cos(angle), np.sin(angle)
+        turn = turn @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        _joint(robot, link, names, name, place, turn)
+        _link(robot, link, n)
+    tip = xml.SubElement(robot, "joint", name=f"{TIP}_joint", type="fixed")
+    xml.SubElement(robot, "link", name=TIP)
+    name, place, turn = _end(scene, len(scene.links) - 1)
+    _connect(tip, name, TIP, place, turn)
+    xml.indent(robot)
+    return '<?xml version="1.0"?>\n' + xml.tostring(robot, encoding="unicode")
+
+
+def root_name(scene: Scene) -> str:
+    """Name of the URDF's root: the base, unless a link is called so."""
+    return "world" if any(link.name == BASE for link in scene.links) else BASE
+
+
+def _end(scene: Scene, n: int) -> tuple[str, np.ndarray, np.ndarray]:
+    """Name of link n, and place (3,) and rotation (3, 3) of its end in its URDF frame; -1: the base."""
+    if n < 0:
+        return root_name(scene), np.zeros(3), np.eye(3)
+    dh = scene.links[n].dh
+    return scene.links[n].name, np.array([dh.a, 0.0, dh.d]), rotation_x(dh.alpha)
+
+
+def _joint(
+    robot: xml.Element,
+    link: Link,
+    names: Iterator[str],
+    parent: str,
+    place: np.ndarray,
+    turn: np.ndarray,
+) -> None:
+    joint = link.joint
+    kind = {"fixed": "fixed", "revolute": "continuous", "prismatic": "prismatic"}[joint.type]
+    name = f"{link.name}_mount" if kind == "fixed" else next(names)
+    element = xml.SubElement(robot, "joint", name=name, type=kind)
+    _connect(element, parent, link.name, place, turn)
+    if kind == "fixed":
+        return
+    xml.SubElement(element, "axis", xyz="0 0 1")
+    limit = {"effort": _number(joint.effort_limit or FAR), "velocity": _number(FAR)}
+    if kind == "prismatic":
+        limit.update(lower=_number(-FAR), upper=_number(FAR))
+    if kind == "prismatic" or joint.effort_limit is not None:
+        xml.SubElement(element, "limit", limit)
+    xml.SubElement(
+        element,
+        "dynamics",
+        damping=_number(joint.viscous_friction),
+        friction=_number(joint.coulomb_friction),
+    )
+
+
+def _connect(joint: xml.Element, parent: str, child: str, place: np.ndarray, turn: np.ndarray) -> None:
+    _origin(joint, place, turn)
+    xml.SubElement(joint, "parent", link=parent)
+    xml.SubElement(joint, "child", link=child)
+
+
+def _link(robot: xml.Element, link: Link, n: int) -> None:
+    element = xml.SubElement(robot, "link", name=link.name)
+    axes, length = beam_axes(link)
+    axes = rotation_x(link.dh.alpha) @ axes  # in the URDF's frame of the link
+    end = np.array([link.dh.a, 0.0, link.dh.d])
+    mass, centre, inertia = rigid_inertia(link)
+    if mass > 0.0:
+        inertial = xml.SubElement(element, "inertial")
+        _origin(inertial, centre, np.eye(3))
+        xml.SubElement(inertial, "mass", value=_number(mass))
+        names = {
+            "ixx": (0, 0),
+            "ixy": (0, 1),
+            "ixz": (0, 2),
+            "iyy": (1, 1),
+            "iyz": (1, 2),
+            "izz": (2, 2),
+        }
+        xml.SubElement(inertial, "inertia", {k: _number(inertia[ij]) for k, ij in names.items()})
+    if link.beam is None or length == 0.0:
+        return
+    width, depth = equivalent_rectangle(link.beam)
+    for purpose in ("visual", "collision"):
+        shape = xml.SubElement(element, purpose)
+        _origin(shape, 0.5 * end, axes)
+        box = xml.SubElement(shape, "geometry")
+        xml.SubElement(box, "box", size=_numbers(np.array([length, width, depth])))
+        if purpose == "visual":
+            xml.SubElement(shape, "material", name=f"colour_{n % len(COLOURS)}")
+
+
+def rigid_inertia(link: Link) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mass, centre of mass (3,) and inertia about it (3, 3) of a link with all it carries.
+
+    In the link's URDF frame.
+    """
+    axes, length = beam_axes(link)
+    to_link = rotation_x(link.dh.alpha)  # the scene's link frame, at the far end
+    end = np.array([link.dh.a, 0.0, link.dh.d])
+    parts = []
+    if link.beam is not None and length > 0.0:
+        s = section(link.beam)
+        mass = link.beam.density * s.area * length
+        line = link.beam.density * length
+        across = mass * length**2 / 12.0
+        own = np.diag([line * (s.iy + s.iz), across + line * s.iy, across + line * s.iz])
+        turn = to_link @ axes
+        parts.append((mass, 0.5 * end, turn @ own @ turn.T))
+    for body in (link.rigid, link.payload):
+        if body is not None and body.mass > 0.0:
+            own = np.array(body.inertia) if body.inertia else np.zeros((3, 3))
+            place = end + to_link @ np.array(body.center_of_mass)
+            parts.append((body.mass, place, to_link @ own @ to_link.T))
+    if not parts:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    mass = sum(m for m, _, _ in parts)
+    centre = np.sum([m * c for m, c, _ in parts], axis=0) / mass
+    inertia = np.zeros((3, 3))
+    for m, c, own in parts:
+        r = c - centre
+        inertia += own + m * (r @ r * np.eye(3) - np.outer(r, r))
+    return mass, centre, inertia
+
+
+def equivalent_rectangle(beam: Beam) -> tuple[float, float]:
+    """Width and depth, m, of the rectangle with a section's second moments over its area."""
+    s = section(beam)
+    return float(np.sqrt(12.0 * s.iz / s.area)), float(np.sqrt(12.0 * s.iy / s.area))
+
+
+def _origin(element: xml.Element, place: np.ndarray, turn: np.ndarray) -> None:
+    xml.SubElement(element, "origin", xyz=_numbers(place), rpy=_numbers(roll_pitch_yaw(turn)))
+
+
+def roll_pitch_yaw(turn: np.ndarray) -> np.ndarray:
+    """(3,) angles with turn = Rz(yaw) Ry(pitch) Rx(roll)."""
+    pitch = np.arctan2(-turn[2, 0], np.hypot(turn[0, 0], turn[1, 0]))
+    if abs(turn[2, 0]) > 1.0 - 1e-12:  # looking straight along z: yaw is free, so none
+        return np.array([np.arctan2(-turn[1, 2], turn[1, 1]), pitch, 0.0])
+    return np.array([np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])])
+
+
+def _number(value: float) -> str:
+    return f"{value:.12g}"
+
+
+def _numbers(values: np.ndarray) -> str:
+    return " ".join(_number(0.0 if abs(v) < 1e-15 else v) for v in values)

@@ -1,0 +1,1 @@
+"""The verbs of the `flexsim` command, one a file; none imports another."""

@@ -1,0 +1,1 @@
+"""Whole tests offline: a run and its samples, the fit of materials, a report."""

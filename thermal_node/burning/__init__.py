@@ -1,0 +1,1 @@
+"""The march through time, and the state in balance with the furnace."""

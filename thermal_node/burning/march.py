@@ -1,0 +1,359 @@
+"""The march through time: temperatures of a door that burns, step by step.
+
+    heat = Heat(door_model(load_scene("config/thesis_door.yaml")))
+    status = heat.advance(60.0)
+
+Nothing is allocated in a step but a few small arrays; a step that fails leaves the last good
+state and a status that says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..furnace.furnace import Furnace
+from ..heat.conduction import Array, evaluate, field_of
+from ..heat.linear import conjugate_gradients, factor_lines, krylov
+from ..heat.method import METHODS, SDIRK2, Method
+from ..heat.newton import newton_work
+from ..heat.stage import CONVERGED, NOT_FINITE, solve_stage
+from ..model.door_model import DoorModel
+from .status import State, Status
+
+MOST_ITERATIONS = 60
+SHORTEST_STEP = 1e-7
+LONGEST_STEP = 600.0
+GROWTH = 3.0
+
+
+@dataclass
+class HeatBalance:
+    """Heat of the whole leaf since the start, J (of 1 m2 for a column, of 1 m for a strip).
+
+    worst : the largest |stored - in| of any step, relative to what crossed the surfaces in it
+    last : that of the last step
+    """
+
+    stored: float = 0.0
+    exposed: float = 0.0
+    unexposed: float = 0.0
+    lateral: float = 0.0
+    last: float = 0.0
+    worst: float = 0.0
+
+    @property
+    def relative(self) -> float:
+        """|stored - in| over the whole run, relative to what crossed the surfaces."""
+        crossed = abs(self.exposed) + abs(self.unexposed) + abs(self.lateral)
+        entered = self.exposed + self.unexposed + self.lateral
+        return abs(self.stored - entered) / crossed if crossed > 0.0 else 0.0
+
+
+@dataclass
+class Saved:
+    """A state to go on from; see Heat."""
+
+    time: float
+    temperature: Array
+    rate: Array
+    bend: Array
+    last: float
+    step: float
+    started: bool
+    balance: HeatBalance = field(default_factory=HeatBalance)
+
+
+class Heat:
+    """Temperatures of a door model, marched through time.
+
+    Attributes
+    ----------
+    time : s; temperature (N,) : °C, in the order of model.nodes
+    rate (N,) : K/s, over the last step
+    bend (N,) : K/s2, second divided difference over the last two; what comes is foreseen by both
+    furnace : t -> °C; may be exchanged while running
+    status : why the march has stopped, if it has; balance : heat stored, in and out
+    steps, rejected : steps taken, and thrown away for their error
+    count (2,) : evaluations of the field, and linear iterations
+    """
+
+    def __init__(
+        self, model: DoorModel, furnace: Furnace | None = None, method: Method | None = None
+    ) -> None:
+        self.model = model
+        self.furnace: Furnace = model.furnace if furnace is None else furnace
+        self.method = method or METHODS[model.scene.solver.method]
+        _count, nz, ny, nx = model.grid.volume.shape
+        n = nz * ny * nx
+        self._nx, self._plane = nx, nx * ny
+        self.temperature = np.full(n, model.initial)
+        self.rate = np.zeros(n)
+        self.bend = np.zeros(n)
+        self.count = np.zeros(2, dtype=np.int64)
+        self._field = field_of(model.grid)
+        self._krylov = krylov(n, self._plane, model.mesh.finite_elements)
+        self._newton = newton_work(model.grid)
+        self._correction = np.zeros(n)
+        self._trial = np.zeros(n)
+        self._base = np.zeros(n)
+        self._heat = np.zeros(n)
+        self._flows = np.zeros((3, n))
+        self._inflows = np.zeros((3, 3))
+        self._ends = _table_ends(model)
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start of the test."""
+        self.temperature[:] = self.model.initial
+        self._begin(0.0)
+
+    def _begin(self, time: float) -> None:
+        self.time = time
+        self.stand_still()
+        self.status = Status()
+        self.balance = HeatBalance()
+        self.steps = self.rejected = 0
+        self.count[:] = 0
+        self._step = 0.0
+        self._started = False
+        self._evaluate()
+
+    def stand_still(self) -> None:
+        """Foresee no change in the next step."""
+        self.rate[:] = 0.0
+        self.bend[:] = 0.0
+        self._last = 0.0
+
+    def save(self) -> Saved:
+        """The state, to go on from later."""
+        return Saved(
+            self.time,
+            self.temperature.copy(),
+            self.rate.copy(),
+            self.bend.copy(),
+            self._last,
+            self._step,
+            self._started,
+            HeatBalance(**vars(self.balance)),
+        )
+
+    def restore(self, saved: Saved) -> None:
+        """Go on from a saved state; the march from there is the one that was left, bit by bit."""
+        self.temperature[:] = saved.temperature
+        self._begin(saved.time)
+        self.rate[:] = saved.rate
+        self.bend[:] = saved.bend
+        self._last, self._step, self._started = saved.last, saved.step, saved.started
+        self.balance = HeatBalance(**vars(saved.balance))
+
+    def gas(self, time: float) -> Array:
+        """Gas temperature (3,) at the exposed, unexposed and lateral surfaces, °C."""
+        furnace = self.furnace(time)
+        return np.array([furnace if hot else self.model.ambient for hot in self.model.gas])
+
+    def heat_flow(self) -> Array:
+        """Heat inflow (3,) through exposed, unexposed and lateral surface now, W."""
+        return self._inflows[0] * self.model.mesh.parts
+
+    def advance(self, to_time: float, each_step: Callable[[], None] | None = None) -> Status:
+        """March to `to_time`, s, exactly, or to where the march has to stop.
+
+        each_step : called after every step, for what must not wait until the end
+        """
+        fixed = self.model.scene.solver.step
+        if self._step <= 0.0:
+            self._step = fixed or self._first_step()
+        halvings = 0
+        while self.status.ok and to_time - self.time > 1e-9 * max(1.0, to_time):
+            left = to_time - self.time
+            step = min(self._step, (fixed or LONGEST_STEP) / 2**halvings)
+            parts = np.ceil(left / step - 1e-6)
+            if parts < 3 and not fixed:
+                step = left / max(parts, 1.0)
+            step = min(step, left)
+            outcome, error = self.attempt(step)
+            if outcome != CONVERGED:
+                halvings += 1
+                self._step = 0.5 * step
+                if self._step < SHORTEST_STEP:
+                    self.status = self._stopped(outcome)
+                continue
+            if fixed is not None:
+                self._step = fixed
+            else:
+                tolerance = self.model.scene.solver.tolerance
+                factor = 0.85 * (tolerance / max(error, 1e-12)) ** (1.0 / (self.method.order + 1))
+                if error > tolerance and step > 1e3 * SHORTEST_STEP:
+                    self.rejected += 1
+                    self._step = step * max(0.2, min(factor, 0.9))
+                    continue
+                grown = step * min(GROWTH, factor)
+                # A step cut short to end on time says nothing against a longer one.
+                if grown > self._step or factor < 1.0 or step > 0.9 * self._step:
+                    self._step = min(grown, LONGEST_STEP)
+            self.accept(step)
+            halvings = 0
+            if each_step is not None:
+                each_step()
+        return self.status
+
+    def _first_step(self) -> float:
+        """A step in which nothing changes by more than a small part of the tolerance."""
+        fastest = float(np.max(np.abs(self._flows[0]) / self._field.capacity))
+        tolerance = self.model.scene.solver.tolerance
+        return float(np.clip(0.1 * tolerance / max(fastest, 1e-12), 1e-3, 0.1))
+
+    def _evaluate(self) -> None:
+        evaluate(
+            self.temperature,
+            self.gas(self.time),
+            self.model.tables,
+            self.model.grid,
+            self.model.surface,
+            self._field,
+        )
+        self._heat[:] = self._field.heat
+        self._flows[0] = self._field.flow
+        self._inflows[0] = self._field.surface_flow[:3]
+
+    def attempt(self, step: float) -> tuple[int, float]:
+        """Solve a step's stages into the trial state: how that came out, and its error, K."""
+        method = self.method if self._started or self.method.error is None else SDIRK2
+        trial, before = self._trial, 0.0
+        trial[:] = self.temperature
+        first = 0 if method.explicit else 1
+        for i, place in enumerate(method.time):
+            self._base[:] = self._heat
+            for j, a in enumerate(method.couple[i]):
+                self._base += (step * a) * self._flows[first + j]
+            self._foresee(before * step, place * step)
+            outcome = solve_stage(
+                trial,
+                self._base,
+                method.diagonal * step,
+                self.gas(self.time + place * step),
+                self.model.tables,
+                self.model.grid,
+                self.model.surface,
+                self._field,
+                self._krylov,
+                self._newton,
+                self._correction,
+                self.count,
+                MOST_ITERATIONS,
+            )
+            if outcome != CONVERGED:
+                return outcome, np.inf
+            self._flows[i + 1] = self._field.flow
+            self._inflows[i + 1] = self._field.surface_flow[:3]
+            before = place
+        self._weights = np.array(method.weight), first
+        return CONVERGED, self._error(method, step)
+
+    def _foresee(self, reached: float, after: float) -> None:
+        """Move the trial from `reached` s after the state to `after`, by parabolas through what is known."""
+        trial, last = self._trial, self._last
+        if reached == 0.0:
+            trial += after * self.rate
+            trial += (after * (after + last)) * self.bend
+        else:
+            slope, rest = self._correction, after - reached
+            np.subtract(trial, self.temperature, out=slope)
+            slope /= reached
+            trial += rest * slope
+            if last > 0.0:
+                slope -= self.rate
+                slope *= after * rest / (reached + last)
+                trial += slope
+
+    def _error(self, method: Method, step: float) -> float:
+        """Largest error of the trial step, K."""
+        if self.model.scene.solver.step is not None or not self._started:
+            return 0.0
+        if method.error is None:
+            predicted = self.temperature + step * self.rate
+            return 0.5 * float(np.max(np.abs(self._trial - predicted)))
+        k, diagonal = self._krylov, method.diagonal * step
+        np.dot(step * np.array(method.error), self._flows, out=k.r)
+        factor_lines(self._field, diagonal, self._nx, self._plane, k)
+        self.count[1] += conjugate_gradients(self._correction, self._nx, self._plane, k, 0.1, 200)
+        return float(np.max(np.abs(self._correction)))
+
+    def accept(self, step: float) -> None:
+        """Make the attempted state the present one, and keep account of its heat."""
+        weights, first = self._weights
+        used = slice(first, first + len(weights))
+        inflow = step * weights @ self._inflows[used] * self.model.mesh.parts
+        stored = float(np.sum(self._field.heat - self._heat)) * self.model.mesh.parts
+        balance = self.balance
+        balance.stored += stored
+        balance.exposed += inflow[0]
+        balance.unexposed += inflow[1]
+        balance.lateral += inflow[2]
+        crossed = float(np.abs(inflow).sum())
+        # Below this, rounding of the stored heat is all there is to see.
+        seen = max(crossed, 1e-9 * float(self._field.capacity.sum()) * self.model.mesh.parts)
+        balance.last = abs(stored - float(inflow.sum())) / seen
+        balance.worst = max(balance.worst, balance.last)
+        self.bend[:] = self.rate
+        np.subtract(self._trial, self.temperature, out=self.rate)
+        self.rate /= step
+        if self._last > 0.0:
+            np.subtract(self.rate, self.bend, out=self.bend)
+            self.bend /= step + self._last
+        else:
+            self.bend[:] = 0.0
+        self._last = step
+        self.temperature[:] = self._trial
+        self._heat[:] = self._field.heat
+        last = len(weights) - 1 + first
+        self._flows[0] = self._flows[last]
+        self._inflows[0] = self._inflows[last]
+        self.time += step
+        self.steps += 1
+        self._started = True
+        self._check_tables()
+
+    def _check_tables(self) -> None:
+        for name, what, end, nodes in self._ends:
+            hottest = int(nodes[np.argmax(self.temperature[nodes])])
+            if self.temperature[hottest] > end:
+                x, y, z = self.model.nodes[hottest]
+                self.status = Status(
+                    State.BEYOND_TABLE,
+                    f"stopped at {self.time:.1f} s: {name} is {self.temperature[hottest]:.1f} °C at"
+                    f" x {x:.3f} y {y:.3f} z {z:.4f} m, beyond the end of its {what} table at"
+                    f" {end:g} °C; give values to there, or beyond: hold or extend",
+                )
+                return
+
+    def _stopped(self, outcome: int) -> Status:
+        if outcome == NOT_FINITE:
+            return Status(
+                State.NOT_FINITE,
+                f"stopped at {self.time:.3f} s: a temperature is not finite; look at the"
+                " furnace's temperature and the materials' tables",
+            )
+        return Status(
+            State.NOT_CONVERGED,
+            f"stopped at {self.time:.3f} s: no step above {SHORTEST_STEP:g} s converges; look for"
+            " a jump in a material's table",
+        )
+
+
+def _table_ends(model: DoorModel) -> list[tuple[str, str, float, NDArray[np.int64]]]:
+    """Material, property, its table's end (°C) and the nodes it concerns."""
+    ends = []
+    for m, material in enumerate(model.materials):
+        nodes = np.flatnonzero(model.mesh.volume[m].ravel() > 0.0)
+        for what, curve in (
+            ("conductivity", material.conductivity),
+            ("specific_heat", material.specific_heat),
+        ):
+            if np.isfinite(curve.refuse_above) and len(nodes):
+                ends.append((material.name, what, curve.refuse_above, nodes))
+    return ends

@@ -1,0 +1,1 @@
+"""How a door is judged: criteria, standards, the furnace's tolerance, the verdict."""

@@ -1,0 +1,1 @@
+"""What the furnace does: curves, logs, burners, and which readings are believed."""

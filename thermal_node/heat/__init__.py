@@ -1,0 +1,1 @@
+"""Kernels of heat conduction: flows, enthalpy, implicit stages and their linear systems."""

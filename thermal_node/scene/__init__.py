@@ -1,0 +1,1 @@
+"""What a user writes: scene files read and checked; the standards that they name."""

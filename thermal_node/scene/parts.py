@@ -1,0 +1,325 @@
+"""The parts of a fire door's scene: every key, its unit, what is possible and what is refused.
+
+Numbers are SI, temperatures °C.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from flexsim_core.quantities import Misplaced, Part
+from pydantic import BeforeValidator, Field, model_validator
+
+from .quantities import (
+    Count,
+    Density,
+    Emissivity,
+    FilmCoefficient,
+    Fraction,
+    NotNegative,
+    Number,
+    Position,
+    Positive,
+    Size,
+    Temperature,
+    Thickness,
+    between,
+    number,
+)
+
+Series = tuple[Number, ...]
+Readings = tuple[Annotated[float | None, BeforeValidator(lambda v: None if v is None else number(v))], ...]
+RESERVED = ("ftp_", "en_", "en1_", "ul_", "astm_", "unexposed_")
+"""Beginnings of names that the standards' points, and what is read of the whole face, have."""
+
+
+def _property(value: Any) -> Any:
+    if isinstance(value, bool) or value is None:
+        raise ValueError(f"is {value!r}; give a number, a table or eurocode_3")
+    if isinstance(value, (int, float)):
+        return {"constant": value}
+    if isinstance(value, str):
+        if value != "eurocode_3":
+            raise ValueError(
+                f"is {value!r}; give a number (without its unit: SI), a table with temperature"
+                " and value, or eurocode_3"
+            )
+        return {"rule": value}
+    return value
+
+
+class Property(Part):
+    """A property over temperature: a number, a table, or Eurocode 3's rule for carbon steel.
+
+    `beyond` says what holds above a table's last temperature: `refuse`, `hold` or `extend`.
+    """
+
+    constant: Number | None = None
+    rule: Literal["eurocode_3"] | None = None
+    temperature: Series | None = None
+    value: Series | None = None
+    beyond: Literal["refuse", "hold", "extend"] = "refuse"
+
+    @model_validator(mode="after")
+    def _whole(self) -> Property:
+        if self.constant is not None or self.rule is not None:
+            return self
+        if self.temperature is None or self.value is None:
+            raise ValueError("is not a property; give a number, or both temperature and value")
+        if len(self.temperature) != len(self.value):
+            raise Misplaced(
+                ("value",),
+                f"has {len(self.value)} entries for {len(self.temperature)} temperatures; give one for each",
+            )
+        if len(self.temperature) < 2:
+            raise Misplaced(("temperature",), "has one entry; give two or more, or one number")
+        for i, (a, b) in enumerate(zip(self.temperature, self.temperature[1:], strict=False)):
+            if not b > a:
+                raise Misplaced(("temperature", i + 1), f"is {b:g} after {a:g}; give increasing temperatures")
+        return self
+
+    def lowest(self) -> float:
+        """The least value that the property takes."""
+        values = (self.constant,) if self.constant is not None else self.value or (1.0,)
+        return min(v for v in values if v is not None)
+
+
+AnyProperty = Annotated[Property, BeforeValidator(_property)]
+
+
+class MaterialPart(Part):
+    """A material. What is left out of one called `steel`, or `standard: eurocode_3`, is
+    carbon steel's by EN 1993-1-2."""
+
+    standard: Literal["eurocode_3"] | None = None
+    density: Density | None = None
+    specific_heat: AnyProperty | None = None
+    conductivity: AnyProperty | None = None
+    youngs_modulus: AnyProperty | None = None
+    poissons_ratio: Annotated[Number, between(-0.5, 0.49, "")] | None = None
+    elongation: AnyProperty | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> MaterialPart:
+        limits = {
+            "specific_heat": (0.0, 1e5, "J/(kg K)"),
+            "conductivity": (0.0, 1e5, "W/(m K)"),
+        }
+        for name, (low, high, unit) in limits.items():
+            given: Property | None = getattr(self, name)
+            if given is None or given.rule is not None:
+                continue
+            values = (given.constant,) if given.constant is not None else given.value or ()
+            for i, value in enumerate(values):
+                if value is None or low < value <= high:
+                    continue
+                path: tuple[str | int, ...] = (name,)
+                if given.constant is None:
+                    path = (name, "value", i)
+                raise Misplaced(path, f"is {value:g}; give more than 0 and at most {high:g} {unit}")
+        modulus = self.youngs_modulus
+        if modulus is not None and modulus.rule is None and modulus.lowest() < 0.0:
+            raise Misplaced(("youngs_modulus",), "is negative; give at least 0 Pa")
+        return self
+
+
+class Layer(Part):
+    """One layer of the leaf, from the exposed face on."""
+
+    material: str
+    thickness: Thickness
+
+
+class Rim(Part):
+    """The channel that closes the leaf's edge and bridges its faces.
+
+    contact : 0 to 1, the share of the full channel's conduction through the thickness
+    """
+
+    material: str = "steel"
+    thickness: Thickness
+    contact: Fraction = 1.0
+
+
+class Leaf(Part):
+    """The door leaf."""
+
+    height: Size
+    width: Size
+    layers: Annotated[tuple[Layer, ...], Field(min_length=1, max_length=20)]
+    rim: Rim | None = None
+
+    @property
+    def thickness(self) -> float:
+        """m."""
+        return sum(layer.thickness for layer in self.layers)
+
+
+class Burners(Part):
+    """A lumped furnace: gas heated by burners under a controller, losing heat to its walls.
+
+    power : W of one burner at most; volume : m3; wall_area : m2; wall_effusivity : J/(m2 K s^0.5)
+    gain : 1/K, share of full power asked for per kelvin below the curve
+    integral_time : s; lag : s, a burner's
+    """
+
+    count: Annotated[int, Field(ge=1, le=100, strict=True)] = 4
+    power: Positive = 5.0e5
+    volume: Positive = 18.0
+    wall_area: Positive = 45.0
+    wall_effusivity: Positive = 300.0
+    gain: Positive = 0.02
+    integral_time: Positive = 60.0
+    lag: NotNegative = 4.0
+
+
+class FurnacePart(Part):
+    """What heats the exposed face.
+
+    curve : a standard's curve, `constant`, or `measured` (a CSV `file` with columns time and
+        temperature, or here `time` in s and `temperature` in °C, or `thermocouples`)
+    thermocouples : °C, one row each, null where it did not read; their mean heats the door, each is judged
+    longest_gap : s between two measured values that is bridged straight; longer is refused
+    burners : a lumped furnace that follows the curve, instead of the curve itself
+    """
+
+    curve: Literal[
+        "iso_834",
+        "hydrocarbon",
+        "external",
+        "astm_e119",
+        "ul_1709",
+        "modified_hydrocarbon",
+        "rws",
+        "slow_heating",
+        "constant",
+        "measured",
+    ] = "iso_834"
+    temperature: Temperature | Series | None = None
+    time: Series | None = None
+    thermocouples: Annotated[tuple[Readings, ...], Field(min_length=1)] | None = None
+    file: str | None = None
+    longest_gap: Positive = 60.0
+    burners: Burners | None = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> FurnacePart:
+        if self.curve == "constant":
+            if not isinstance(self.temperature, float):
+                raise Misplaced(("temperature",), "is missing; a constant furnace needs one, in °C")
+        elif self.curve == "measured":
+            if (self.file is None) == (self.time is None):
+                raise ValueError("has no measurement; give file, or time and temperature")
+            if self.thermocouples is not None:
+                self._rows(self.thermocouples)
+        elif any(v is not None for v in (self.temperature, self.time, self.file, self.thermocouples)):
+            raise ValueError(f"has a {self.curve} curve and a temperature; give curve: constant or measured")
+        return self
+
+    def _rows(self, thermocouples: tuple[Readings, ...]) -> None:
+        if self.time is None or self.temperature is not None:
+            raise Misplaced(("thermocouples",), "stand beside time, in place of temperature and of file")
+        for n, row in enumerate(thermocouples):
+            if len(row) != len(self.time):
+                raise Misplaced(
+                    ("thermocouples", n),
+                    f"has {len(row)} readings for {len(self.time)} times; give one a time, or null",
+                )
+
+
+class SurfacePart(Part):
+    """How a surface meets its gas: convection, radiation, or held at the gas' temperature.
+
+    film_coefficient : W/(m2 K); emissivity : -, resulting
+    """
+
+    film_coefficient: FilmCoefficient | None = None
+    emissivity: Emissivity | None = None
+    gas: Literal["furnace", "ambient"] | None = None
+    held: bool | None = None
+
+
+class MeshPart(Part):
+    """How fine the leaf is divided.
+
+    in_plane : bricks across and up the modelled part, the rim's brick with them
+    layers : bricks through each layer
+    first_brick : m, width of the brick beside the rim; widths grow from there geometrically
+    discretisation : finite volumes, or the trilinear finite elements of most other programs
+    """
+
+    in_plane: tuple[Count, Count] = (20, 40)
+    layers: tuple[Count, ...] | None = None
+    symmetry: Literal["quarter", "half", "none"] = "quarter"
+    first_brick: Thickness = 2.5e-3
+    discretisation: Literal["finite_volume", "finite_element"] = "finite_volume"
+
+
+def _step(value: Any) -> Any:
+    if value is None or value == "auto":
+        return None
+    step = number(value)
+    if step <= 0.0:
+        raise ValueError(f"is {value}; give more than 0 s, or auto")
+    return step
+
+
+class SolverPart(Part):
+    """How the equations are solved.
+
+    model : full, column, column_rim (a strip from the middle to one upright edge) or steady
+    of : what `steady` is the steady state of
+    step : s; auto (None): chosen so that a step's error stays below `tolerance`, K
+    """
+
+    model: Literal["full", "column", "column_rim", "steady"] = "full"
+    of: Literal["full", "column", "column_rim"] = "full"
+    step: Annotated[float | None, BeforeValidator(_step)] = None
+    method: Literal["tr_bdf2", "sdirk2", "implicit_euler"] = "tr_bdf2"
+    tolerance: Positive = 0.03
+
+    @property
+    def dimension(self) -> Literal["full", "column", "column_rim"]:
+        """The model whose mesh is used."""
+        return self.of if self.model == "steady" else self.model
+
+
+class Point(Part):
+    """A probe: x, y from the leaf's centre and z from the exposed face, m."""
+
+    x: Position = 0.0
+    y: Position = 0.0
+    z: Annotated[Number, between(0.0, 2.0, "m", "metres, not millimetres")] | None = None
+
+
+class ProbesPart(Part):
+    """Where temperatures are read.
+
+    sets : the standards' points and the interior's; points : one's own (z left out: on the
+        unexposed face)
+    """
+
+    sets: tuple[Literal["thesis", "ftp", "en_1634", "interior"], ...] = (
+        "thesis",
+        "ftp",
+        "en_1634",
+        "interior",
+    )
+    points: dict[str, Point] = Field(default_factory=dict)
+
+
+class DeformationPart(Part):
+    """Thermo-elastic deformation of the leaf.
+
+    hinges : heights of the hinges, m from the leaf's centre, on `hinge_side`
+    lock : height of the lock on the other side, m from the centre; interval : s between solutions
+    in_plane, layers : elements across and up the whole leaf, and through each layer
+    """
+
+    model: Literal["none", "solid", "shell"] = "none"
+    hinge_side: Literal["left", "right"] = "left"
+    hinges: Annotated[tuple[Position, ...], Field(min_length=1)] | None = None
+    lock: Position | None = 0.0
+    in_plane: tuple[Count, Count] = (32, 64)
+    layers: tuple[Count, ...] | None = None
+    interval: Positive = 300.0

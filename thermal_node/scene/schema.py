@@ -1,0 +1,183 @@
+"""What a fire door's scene may say, part by part (parts.py), and what its parts say of each other.
+
+Loading and the wording of refusals are in load.py.
+"""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any, Literal
+
+from flexsim_core.quantities import Misplaced, Part
+from pydantic import Field, model_validator
+
+from .criteria_part import CriteriaPart, SealsPart
+from .parts import (
+    RESERVED,
+    DeformationPart,
+    FurnacePart,
+    Leaf,
+    MaterialPart,
+    MeshPart,
+    ProbesPart,
+    Property,
+    SolverPart,
+    SurfacePart,
+)
+from .quantities import (
+    Ambient,
+    Temperature,
+)
+from .size import too_large
+from .supports import mechanism
+
+
+class Scene(Part):
+    """A fire door's scene, as design.md's section on scene files lays it down."""
+
+    model: Literal["fire_door"]
+    name: str = "door"
+    source: str = ""
+    leaf: Leaf
+    materials: dict[str, MaterialPart] = Field(default_factory=dict)
+    furnace: FurnacePart = FurnacePart()
+    exposed: SurfacePart = SurfacePart()
+    unexposed: SurfacePart = SurfacePart()
+    lateral: SurfacePart = SurfacePart()
+    ambient: Ambient = 20.0
+    initial: Temperature | None = None
+    mesh: MeshPart = MeshPart()
+    solver: SolverPart = SolverPart()
+    probes: ProbesPart = ProbesPart()
+    criteria: CriteriaPart = CriteriaPart()
+    seals: SealsPart = SealsPart()
+    deformation: DeformationPart = DeformationPart()
+
+    @property
+    def start(self) -> float:
+        """Temperature of the leaf before the fire, °C."""
+        return self.ambient if self.initial is None else self.initial
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scene:
+        self._materials_known()
+        self._mesh_fits()
+        self._tables_reach()
+        large = too_large(self.leaf, self.solver, self.mesh, self.deformation)
+        if large is not None:
+            raise Misplaced(*large)
+        return self
+
+    def _materials_known(self) -> None:
+        used: list[tuple[tuple[str | int, ...], str]] = [
+            (("leaf", "layers", i, "material"), layer.material) for i, layer in enumerate(self.leaf.layers)
+        ]
+        if self.leaf.rim is not None:
+            used.append((("leaf", "rim", "material"), self.leaf.rim.material))
+        known = sorted({*self.materials, "steel"})
+        for path, name in used:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
+                right = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+                raise Misplaced(path, f"is {name!r}, which materials does not hold; {right}")
+        for name, material in self.materials.items():
+            if name == "steel" or material.standard is not None:
+                continue
+            for key in ("density", "specific_heat", "conductivity"):
+                if getattr(material, key) is None:
+                    raise Misplaced(("materials", name), f"lacks {key}; give it")
+
+    def _mesh_fits(self) -> None:
+        layers = len(self.leaf.layers)
+        for section in ("mesh", "deformation"):
+            given = getattr(self, section).layers
+            if given is not None and len(given) != layers:
+                raise Misplaced((section, "layers"), f"has {len(given)} entries; give one a layer: {layers}")
+        rim = self.leaf.rim
+        if rim is not None:
+            if 2.0 * rim.thickness >= min(self.leaf.width, self.leaf.height):
+                raise Misplaced(
+                    ("leaf", "rim", "thickness"),
+                    f"is {rim.thickness:g}; give less than half of the leaf's width and height",
+                )
+            least = 2 if self.mesh.symmetry == "quarter" else 3
+            if self.solver.dimension != "column" and min(self.mesh.in_plane) < least:
+                raise Misplaced(
+                    ("mesh", "in_plane"), f"leaves no brick beside the rim; give at least {least}"
+                )
+        for key in ("hinges", "lock"):
+            value = getattr(self.deformation, key)
+            for y in value if isinstance(value, tuple) else (value,):
+                if y is not None and abs(y) > 0.5 * self.leaf.height:
+                    raise Misplaced(
+                        ("deformation", key),
+                        f"has {y:g}, off the leaf; give at most {0.5 * self.leaf.height:g} m from its centre",
+                    )
+        free = mechanism(self.leaf, self.deformation) if self.deformation.model != "none" else ""
+        if free:
+            raise Misplaced(("deformation",), free)
+        for i, name in enumerate(self.criteria.points):
+            point = self.probes.points.get(name)
+            if point is None or (point.z is not None and point.z < self.leaf.thickness - 1e-9):
+                raise Misplaced(
+                    ("criteria", "points", i),
+                    f"is {name!r}, no point of probes.points on the unexposed face; give one of them"
+                    f" ({', '.join(self.probes.points) or 'there is none'})",
+                )
+        half = (0.5 * self.leaf.width, 0.5 * self.leaf.height, self.leaf.thickness)
+        for name, point in self.probes.points.items():
+            if name.startswith(RESERVED):
+                raise Misplaced(
+                    ("probes", "points", name), "is named like a point of a standard; give another name"
+                )
+            for key, limit in zip(("x", "y", "z"), half, strict=True):
+                value = getattr(point, key)
+                if value is not None and abs(value) > limit + 1e-9:
+                    raise Misplaced(
+                        ("probes", "points", name, key),
+                        f"is {value:g}, off the leaf; give at most {limit:g} m",
+                    )
+
+    def _tables_reach(self) -> None:
+        """No temperature that the scene is sure to reach lies above a table's end."""
+        reached = [(self.start, "the door starts at"), (self.ambient, "the ambient is at")]
+        furnace = self.furnace.temperature
+        if isinstance(furnace, float):
+            reached.append((furnace, "the furnace is at"))
+        elif furnace:
+            reached.append((max(furnace), "the measured furnace goes to"))
+        names = {layer.material for layer in self.leaf.layers}
+        for name, material in self.materials.items():
+            if name not in names:
+                continue
+            for key in ("conductivity", "specific_heat"):
+                table: Property | None = getattr(material, key)
+                if table is None or table.temperature is None or table.beyond != "refuse":
+                    continue
+                end = table.temperature[-1]
+                for temperature, what in reached:
+                    if temperature > end:
+                        raise Misplaced(
+                            ("materials", name, key, "temperature"),
+                            f"ends at {end:g} °C but {what} {temperature:g} °C; give values to"
+                            f" {temperature:g} °C, or beyond: hold or extend",
+                        )
+
+
+def keys_beside(path: tuple[Any, ...]) -> list[str]:
+    """Keys that a scene may have where the key `path` stands."""
+    model: Any = Scene
+    for key in path[:-1]:
+        field = getattr(model, "model_fields", {}).get(key)
+        if field is None:
+            continue
+        found = [a for a in _annotations(field.annotation) if hasattr(a, "model_fields")]
+        if not found:
+            return []
+        model = found[0]
+    return [name for name in model.model_fields if name not in ("source", "constant", "rule")]
+
+
+def _annotations(annotation: Any) -> list[Any]:
+    inner = getattr(annotation, "__args__", ())
+    return [annotation] + [a for part in inner for a in _annotations(part)]

@@ -1,0 +1,1 @@
+"""The door as a service: marching with deadlines, parameters, ROS messages."""
