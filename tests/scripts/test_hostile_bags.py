@@ -23,6 +23,7 @@ from flexsim.bag.scenes import scenes_in
 from flexsim.comparison.bags import compare_bags
 from flexsim.health.examination import examine
 from flexsim.signals.written import Signals
+from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
 from processes import flexsim_here
 
@@ -141,6 +142,37 @@ def by_hand(path: Path, topic: str, kind: str, schema: str, data: bytes, encodin
     return path
 
 
+ABSURD = (0, 2**31, 2**32 - 1, 2**63 - 1, 2**63, 2**64 - 1)
+
+
+@pytest.mark.parametrize("opcode", [Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX])
+@pytest.mark.parametrize("at", [0, 8])
+def test_an_index_that_points_nowhere(opcode: int, at: int, tmp_path: Path) -> None:
+    """Where the end's index is absurd, what it should have named is found in the file itself."""
+    path = tmp_path / "run.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="ros2", library="test")
+        writer.add_attachment(5, 7, "notes.txt", "text/plain", b"spare gripper")
+        writer.add_metadata("cell", {"operator": "night shift"})
+        writer.finish()
+    whole = path.read_bytes()
+    footer = len(whole) - 8 - 20
+    place, _, _ = struct.unpack_from("<QQI", whole, footer)
+    while whole[place] != opcode:
+        place += 9 + struct.unpack_from("<Q", whole, place + 1)[0]
+    for absurd in ABSURD:
+        spoilt = bytearray(whole)
+        struct.pack_into("<Q", spoilt, place + 9 + at, absurd)
+        struct.pack_into("<I", spoilt, footer + 16, 0)  # no checksum of the summary
+        path.write_bytes(spoilt)
+        used(path, tmp_path / f"{absurd}")
+        bag = Bag(path)
+        assert bag.attachments() == ["notes.txt"]
+        assert bag.attachment("notes.txt") == b"spare gripper"
+        assert bag.notes() == {"cell": {"operator": "night shift"}}
+
+
 def types(*parts: str) -> str:
     """Return a definition: the root's fields, then NAME: fields of each other type."""
     return f"\n{'=' * 80}\nMSG: ".join(
@@ -188,8 +220,6 @@ def test_what_cannot_be_decoded_is_counted(what: str, tmp_path: Path) -> None:
 def bomb(path: Path) -> Path:
     """Return an MCAP file whose only chunk is a gigabyte of nothing."""
     import zstandard
-    from mcap.opcode import Opcode
-
     squeezed = zstandard.ZstdCompressor().compress(bytes(1 << 20))
     body = (
         struct.pack("<QQQI", 0, 1, 1 << 40, 0)
