@@ -9,7 +9,6 @@ the last one's vector: one factorisation and a few residuals, in parts.
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,10 +21,8 @@ from ..equations.kinematics.nodal_motion import place
 from ..equations.solve.factorization import factorize, set_scale
 from ..equations.solve.substitution import solve
 from ..model.chain import FIXED, KIND, ROTOR, Chain, workspace
+from ..model.model import Model
 from ..model.tables import Tables
-
-if TYPE_CHECKING:
-    from ..model.model import Model
 
 SOFT = 1e6  # s^2: M + SOFT K is K, but for rounding
 HEAVY = 1e12  # kg m^2 or kg, of motors that stand still

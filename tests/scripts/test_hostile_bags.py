@@ -220,6 +220,7 @@ def test_what_cannot_be_decoded_is_counted(what: str, tmp_path: Path) -> None:
 def bomb(path: Path) -> Path:
     """Return an MCAP file whose only chunk is a gigabyte of nothing."""
     import zstandard
+
     squeezed = zstandard.ZstdCompressor().compress(bytes(1 << 20))
     body = (
         struct.pack("<QQQI", 0, 1, 1 << 40, 0)
