@@ -103,6 +103,15 @@ def typed_multiply_add(_typing, a, b, c):
     return LANES(LANES, LANES, LANES), emit
 
 
+def typed_plus(_typing, a, b):
+    """a + b, number by number."""
+
+    def emit(_context, builder, _signature, arguments):
+        return builder.fadd(*arguments, flags=("contract",))
+
+    return LANES(LANES, LANES), emit
+
+
 def typed_total(_typing, lanes):
     """Sum of the four."""
 
@@ -111,6 +120,28 @@ def typed_total(_typing, lanes):
         return builder.fadd(builder.fadd(a, c), builder.fadd(b, d))
 
     return types.float64(LANES), emit
+
+
+def typed_four(_typing, a, b, c, d):
+    """Four numbers side by side."""
+
+    def emit(_context, builder, _signature, arguments):
+        lanes = ir.Constant(VECTOR, ir.Undefined)
+        for k, number in enumerate(arguments):
+            lanes = builder.insert_element(lanes, number, ir.Constant(PLACE, k))
+        return lanes
+
+    return LANES(*[types.float64] * 4), emit
+
+
+def typed_apart(_typing, lanes):
+    """The four as numbers of their own."""
+
+    def emit(context, builder, signature, arguments):
+        numbers = [builder.extract_element(arguments[0], ir.Constant(PLACE, k)) for k in range(4)]
+        return context.make_tuple(builder, signature.return_type, numbers)
+
+    return types.UniTuple(types.float64, 4)(LANES), emit
 
 
 def in_registers(typed: Callable[..., Any], plain: Callable[..., Any]) -> Callable[..., Any]:
@@ -131,4 +162,7 @@ store = in_registers(typed_store, plain_store)
 broadcast = in_registers(typed_broadcast, lambda number: np.full(4, number))
 multiply = in_registers(typed_multiply, lambda a, b: a * b)
 multiply_add = in_registers(typed_multiply_add, lambda a, b, c: a * b + c)
+plus = in_registers(typed_plus, lambda a, b: a + b)
 total = in_registers(typed_total, lambda a: float(a[0] + a[2] + (a[1] + a[3])))
+four = in_registers(typed_four, lambda a, b, c, d: np.array([a, b, c, d]))
+apart = in_registers(typed_apart, lambda lanes: tuple(lanes.tolist()))

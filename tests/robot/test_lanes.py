@@ -6,7 +6,17 @@ import numpy as np
 from numba import config
 
 from flexsim_node.compiled.kernel import kernel
-from flexsim_node.compiled.lanes import broadcast, load, multiply, multiply_add, store, total
+from flexsim_node.compiled.lanes import (
+    apart,
+    broadcast,
+    four,
+    load,
+    multiply,
+    multiply_add,
+    plus,
+    store,
+    total,
+)
 
 
 @kernel
@@ -19,6 +29,19 @@ def combined(n, x, y, factor, out):
         store(out, k, lanes)
         found = multiply_add(broadcast(1.0), lanes, found)
     return total(found)
+
+
+@kernel
+def turned_round(x, out):
+    """Write twice x (4,), the last number first, into out."""
+    a, b, c, d = apart(plus(load(x, 0), load(x, 0)))
+    store(out, 0, four(d, c, b, a))
+
+
+def test_numbers_are_taken_apart_and_put_together() -> None:
+    x, out = np.array([1.0, 2.0, 3.0, 5.0]), np.zeros(4)
+    turned_round(x, out)
+    assert out.tolist() == [10.0, 6.0, 4.0, 2.0]
 
 
 def test_rows_are_combined_number_by_number() -> None:

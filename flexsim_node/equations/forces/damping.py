@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from ...compiled.flat import flat
 from ...compiled.kernel import kernel
-from ...compiled.weighted_sum import add_twelve, twelve_once
+from ...compiled.lanes import broadcast, load, multiply_add, plus, store
 from ...model.chain import (
     AXIS,
     BODIES,
@@ -52,8 +52,11 @@ from ..kinematics.dependent_nodes import fold_forces, own_nodes
 def elastic_rates(chain, v, out):
     """Write P v into out (n,): rates of the elastic motion alone, of rates v (n,)."""
     link = chain.link
-    for i in range(out.size):
-        out[i] = v[i] if i >= int(chain.setting[COORDINATES]) else 0.0
+    joints = int(chain.setting[COORDINATES])
+    for i in range(joints):
+        out[i] = 0.0
+    for i in range(joints, out.size):
+        out[i] = v[i]
     for n in range(link.shape[0]):
         if link[n, KIND] != FIXED and link[n, PHI] >= 0:
             out[link[n, Q]] = -v[link[n, PHI]]
@@ -146,21 +149,7 @@ def weigh(chain, work, rows):
     link, force, b = chain.link, work.force, len(chain.dofs)
     force[:] = 0.0
     for n in range(link.shape[0]):
-        first = link[n, FIRST]
-        for i in range(first + 1, first + link[n, COUNT] + 1):
-            m, made = link[n, FIRST_ELEMENT] + i - first - 1, work.row[0]
-            if b == 6:
-                at, y = 144 * m, flat(rows)
-                twelve_once(6, y, 6 * i, 1, 0, flat(chain.mass), at, 12, made, 0, 0)
-                add_twelve(6, y, 6 * i - 6, 1, 0, flat(chain.mass), at + 72, 12, made, 0, 0)
-            else:
-                for j in range(2 * b):
-                    made[j] = 0.0
-                    for k in range(b):
-                        made[j] += chain.mass[m, j, k] * rows[i, k] + chain.mass[m, j, b + k] * rows[i - 1, k]
-            for j in range(b):
-                force[i, j] += made[j]
-                force[i - 1, j] += made[b + j]
+        weigh_elements(chain.dofs, chain, work, n, rows)
         weigh_modes(chain.reduction, chain, work, n, rows)
         for m in range(link[n, FIRST_BODY], link[n, FIRST_BODY] + link[n, BODIES]):
             i, mass = chain.body_place[m], chain.body_mass[m]
@@ -169,6 +158,56 @@ def weigh(chain, work, rows):
                 for k in range(b):
                     total += mass[j, k] * rows[i, k]
                 force[i, j] += total
+
+
+@kernel
+def weigh_elements(dofs, chain, work, n, rows):
+    """Add the momenta of link n's elements to work.force, which is zero there."""
+    first, count, force = chain.link[n, FIRST], chain.link[n, COUNT], work.force
+    if len(dofs) == 6:
+        spatial_momenta(flat(chain.mass), chain.link[n, FIRST_ELEMENT], first, count, flat(rows), flat(force))
+        return
+    made = work.row[0]
+    for i in range(first + 1, first + count + 1):
+        m = chain.link[n, FIRST_ELEMENT] + i - first - 1
+        for j in range(6):
+            made[j] = 0.0
+            for k in range(3):
+                made[j] += chain.mass[m, j, k] * rows[i, k] + chain.mass[m, j, 3 + k] * rows[i - 1, k]
+        for j in range(3):
+            force[i, j] += made[j]
+            force[i - 1, j] += made[3 + j]
+
+
+@kernel
+def spatial_momenta(mass, element, first, count, y, out):
+    """The same in space, y and out with six numbers a node: a node's are summed up in registers.
+
+    Six numbers are two fours, which overlap in the middle.
+    """
+    nothing = broadcast(0.0)
+    here, there = nothing, nothing  # of a node, what the element before has given it
+    for i in range(first + 1, first + count + 1):
+        at = 144 * (element + i - first - 1)
+        end, end_too, start, start_too = nothing, nothing, here, there
+        more, more_too = nothing, nothing
+        for k in range(6):
+            own, before, other = broadcast(y[6 * i + k]), broadcast(y[6 * i - 6 + k]), at + 72
+            end = multiply_add(own, load(mass, at), end)
+            end_too = multiply_add(own, load(mass, at + 2), end_too)
+            start = multiply_add(own, load(mass, at + 6), start)
+            start_too = multiply_add(own, load(mass, at + 8), start_too)
+            more = multiply_add(before, load(mass, other), more)
+            more_too = multiply_add(before, load(mass, other + 2), more_too)
+            start = multiply_add(before, load(mass, other + 6), start)
+            start_too = multiply_add(before, load(mass, other + 8), start_too)
+            at += 12
+        store(out, 6 * i - 6, start)
+        store(out, 6 * i - 4, start_too)
+        here, there = plus(end, more), plus(end_too, more_too)
+    if count > 0:
+        store(out, 6 * (first + count), here)
+        store(out, 6 * (first + count) + 2, there)
 
 
 @kernel

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ...compiled.flat import flat
 from ...compiled.kernel import kernel
+from ...compiled.lanes import load, plus, store
 from ...model.chain import COUNT, FIRST
 from ...model.reduced.layout import MODES
 
@@ -33,6 +34,12 @@ def fold_modes(reduction, chain, n, end, force, out):
 
 
 @kernel
+def six_of_its_own(dofs, index, i):
+    """Whether the dofs of node i are six unknowns in a row, as most nodes' are: two fours that overlap."""
+    return len(dofs) == 6 and index[i, 0] >= 0 and index[i, 5] == index[i, 0] + 5
+
+
+@kernel
 def own_nodes(chain, n, y, rows):
     """Fill the nodal rows of link n after its start from the unknowns y and the dependencies.
 
@@ -43,6 +50,12 @@ def own_nodes(chain, n, y, rows):
     b = len(chain.dofs)
     own_modes(chain.reduction, chain, n, b * (first + count + 1), y, rows)
     for i in range(first + 1, first + count + 1):
+        if six_of_its_own(chain.dofs, index, i):
+            z, at = flat(rows), index[i, 0]
+            x, w = load(y, at), load(y, at + 2)
+            store(z, 6 * i, x)
+            store(z, 6 * i + 2, w)
+            continue
         dependent = False
         for k in range(b):
             n = index[i, k]
@@ -69,6 +82,12 @@ def fold_forces(chain, n, force, out):
     b = len(chain.dofs)
     fold_modes(chain.reduction, chain, n, b * (first + count + 1), force, out)
     for i in range(first + count, first, -1):
+        if six_of_its_own(chain.dofs, index, i):
+            z, at = flat(force), index[i, 0]
+            x, w = plus(load(out, at), load(z, 6 * i)), plus(load(out, at + 2), load(z, 6 * i + 2))
+            store(out, at, x)
+            store(out, at + 2, w)
+            continue
         for k in range(b):
             if index[i, k] < 0:
                 for m in range(b):

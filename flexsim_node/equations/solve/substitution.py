@@ -11,12 +11,13 @@ from ...model.reduced.layout import MODES
 from ..forces.damping import oppose
 from ..reduced import link as reduced_link
 from . import co_moving_substitution as substitution
+from . import node_substitution
 from .factorization import bowed_row
 from .interface import hand_load, take_answer
 from .joint_elimination import free, joint_vectors
 
 GRADIENTS = 200  # conjugate gradients at most
-RESIDUAL = 1e-14  # of the energy of what is found, that is left
+RESIDUAL = 1e-8  # of the energy of what is found, that is left: a ten-thousandth of a correction
 
 
 @kernel
@@ -35,7 +36,8 @@ def solve_damped(chain, work, rhs, out):
 
     The factors have it where it is the nodes' own.  Elsewhere its matrix, alpha P^T M P (damping.py), couples
     every elastic unknown with every other, and the factors are those of the rest.  They precondition
-    conjugate gradients, which converge at once where a step is short against 1/alpha.
+    conjugate gradients, one to three where a step is short against 1/alpha: a method's Newton step leaves
+    more than RESIDUAL by the forces' curvature alone.
     """
     if chain.setting[RELATIVE] == 0.0 or work.scale[1] == 0.0 or work.scale[3] != 1.0:
         return
@@ -87,7 +89,6 @@ def solve_erls(chain, work, rhs, out):
     index, dependency = chain.unknown, chain.dependency
     b = len(chain.dofs)
     planar = b == 3
-    size = 3 * b
     load, answer = work.load, work.answer
     load[:] = 0.0
     f = work.row[1]
@@ -100,7 +101,11 @@ def solve_erls(chain, work, rhs, out):
             f[b + k] = 0.0
             f[2 * b + k] = load[n, b + k]
         modal_loads(chain.reduction, chain, work, n, rhs, out, f)
-        for i in range(first + count, first, -1):
+        i = first + count
+        while i > first:
+            i = nodes_forward(chain.dofs, chain, work, i, first, rhs, f, out)
+            if i == first:
+                break
             if chain.joint[n, BOWED] > 0.0:
                 bowed_row(dependency[i, 0], work.kept[n], b, work.row[5])
                 for j in range(2 * b):
@@ -114,13 +119,14 @@ def solve_erls(chain, work, rhs, out):
                 if index[i, p] < 0:
                     continue
                 row = work.pivot[i * b + p]
-                y = (f[p] + rhs[index[i, p]]) * row[size]
+                y = (f[p] + rhs[index[i, p]]) * row[3 * b]
                 out[index[i, p]] = y
-                for k in range(size):
+                for k in range(3 * b):
                     f[k] -= row[k] * y
             for k in range(b):
                 f[k] = f[b + k]
                 f[b + k] = 0.0
+            i -= 1
         moves = free(link, work.held, n)
         g = load[n]
         for k in range(b):
@@ -187,7 +193,11 @@ def solve_erls(chain, work, rhs, out):
         for k in range(b):
             f[b + k] = z[k]
             f[2 * b + k] = z[b + k]
-        for i in range(first + 1, first + count + 1):
+        i = first + 1
+        while i <= first + count:
+            i = nodes_backward(chain.dofs, chain, work, i, first + count, f, out)
+            if i > first + count:
+                break
             for p in range(b):
                 f[p] = 0.0
             for p in range(b - 1, -1, -1):
@@ -195,9 +205,9 @@ def solve_erls(chain, work, rhs, out):
                     continue
                 row = work.pivot[i * b + p]
                 total = 0.0
-                for k in range(p + 1, size):
+                for k in range(p + 1, 3 * b):
                     total += row[k] * f[k]
-                f[p] = out[index[i, p]] - row[size] * total
+                f[p] = out[index[i, p]] - row[3 * b] * total
                 out[index[i, p]] = f[p]
             for p in range(b):
                 if index[i, p] < 0:
@@ -211,9 +221,26 @@ def solve_erls(chain, work, rhs, out):
                     f[0] += (work.row[5, j] - dependency[i, 0, j]) * f[j]
             for k in range(b):
                 f[b + k] = f[k]
+            i += 1
         modal_answers(chain.reduction, chain, work, n, f, z, out)
         for k in range(b):
             z[k] = f[b + k]
+
+
+@kernel
+def nodes_forward(dofs, chain, work, i, first, rhs, f, out):
+    """The first half of `solve` along nodes with unknowns alone; returns the node where it ends."""
+    if len(dofs) == 6:
+        return node_substitution.forward(chain, work, i, first, rhs, f, out)
+    return i
+
+
+@kernel
+def nodes_backward(dofs, chain, work, i, last, f, out):
+    """The second half of `solve` along nodes with unknowns alone; returns the node where it ends."""
+    if len(dofs) == 6:
+        return node_substitution.backward(chain, work, i, last, f, out)
+    return i
 
 
 @kernel
