@@ -23,6 +23,7 @@ from ..bag.definitions import definition
 from ..bag.diagnostics import statuses
 from ..ros.parameters import ParameterQuestion
 from ..ros.raw_topic import RawTopic
+from ..ros.running_scene import not_the_file, running_scene
 from ..ros.simulator import SimulatorWatch
 from ..terminal.child import ending, start_child
 from ..terminal.stop import Stop
@@ -79,11 +80,6 @@ def kind_of(scene: Path) -> Kind:
     return DOOR if keys_of(scene).get("model") == "fire_door" else ROBOT
 
 
-def name_of(scene: Path) -> str:
-    """Return a scene's name."""
-    return str(keys_of(scene).get("name", ""))
-
-
 def keys_of(scene: Path) -> dict[str, Any]:
     """Return a scene's keys, unchecked; none where it can't be read."""
     from ruamel.yaml import YAML
@@ -116,11 +112,8 @@ def simulator(node: Node, scene: Path, stopped: Stop, kind: Kind = ROBOT) -> Ite
     """
     if running(node, DISCOVERY_TIME, stopped, kind.topic):
         found = SimulatorWatch(node, kind.executable)
-        end = time.monotonic() + DISCOVERY_TIME
-        while found.status is None and time.monotonic() < end and not stopped.asked:
-            found.poll()
-            time.sleep(0.02)
-        if other := found.other_scene(name_of(scene)):
+        told = running_scene(node, kind.executable, DISCOVERY_TIME, stopped)
+        if other := not_the_file(told, scene, kind is DOOR, kind.what):
             print(f"{other}; it is shown, since it is running already", file=sys.stderr, flush=True)
         yield found
         return
