@@ -89,13 +89,21 @@ def test_a_wheel_holds_every_file_and_nothing_named_scripts(tmp_path: Path) -> N
     command += ["--no-build-isolation", "--wheel-dir", str(tmp_path), str(source)]
     subprocess.run(command, check=True)
     with zipfile.ZipFile(next(tmp_path.glob("flexsim-*.whl"))) as wheel:
-        held = {name for name in wheel.namelist() if name.endswith(".py")}
-    files = (path.relative_to(source) for path in source.rglob("*.py") if "build" not in path.parts)
+        held = {name for name in wheel.namelist() if name.endswith((".py", "py.typed"))}
+    found = [*source.rglob("*.py"), *source.rglob("py.typed")]
+    files = (path.relative_to(source) for path in found if "build" not in path.parts)
     places = {r"^scripts/": "flexsim/", r"^msgs_schema/": ""}
     wanted = {str(path) for path in files}
     for folder, place in places.items():
         wanted = {re.sub(folder, place, path) for path in wanted}
     assert held == wanted
+    packages = ("flexsim", "flexsim_core", "flexsim_node", "flexsim_ros", "thermal_node")
+    assert {f"{name}/py.typed" for name in packages} <= held  # so that a user's type checker looks into them
+
+
+def test_the_change_log_knows_this_version() -> None:
+    version = re.search(r'^version = "(.+)"', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    assert version and f"\n## {version[1]}" in (ROOT / "CHANGELOG.md").read_text()
 
 
 def test_a_second_make_has_nothing_to_set_up() -> None:
