@@ -69,7 +69,7 @@ def picture() -> str:
         ' font-size="13">',
         '<rect width="740" height="400" fill="white"/>',
         f'<text x="20" y="28">M over the {model.unknowns} unknowns</text>',
-        '<text x="390" y="28">with the frames\' accelerations, from the tip (1st) to the base</text>',
+        '<text x="390" y="28">with the accelerations A of frames, tip to base</text>',
         *squares(dense, model.unknowns, 20.0),
         *squares([(i, k, COLOURS[kind]) for i, k, kind in pairs], len(names), 390.0),
         *(

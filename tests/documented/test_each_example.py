@@ -15,7 +15,7 @@ from flexsim.bag import BagWriter
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 PROGRAMS = sorted(EXAMPLES.glob("*.py"))
-SHOWN = re.compile(r"^## \[(\w+\.py)\]\(\1\)\n(.*?)^```text\n(.*?)^```", re.DOTALL | re.MULTILINE)
+SHOWN = re.compile(r"^## (\w+\.py)\n\n\[Program\]\(\1\)(.*?)^```text\n(.*?)^```", re.DOTALL | re.MULTILINE)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 LONGEST = 60  # lines of a program: one idea each
 pytestmark = pytest.mark.slow
