@@ -26,6 +26,7 @@ MESSAGES_STAMP := $(VENV)/stamps/messages
 PROJECT_STAMP := $(VENV)/stamps/project
 KERNELS_STAMP := $(VENV)/stamps/kernels
 TEST_STAMP := $(VENV)/stamps/test
+DOCS_STAMP := $(VENV)/stamps/docs
 
 CORES := -n auto --maxprocesses 4 --dist loadfile
 PIP_INSTALL := $(VENV)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps
@@ -38,9 +39,9 @@ python_changed = false
 endif
 stale := $(shell [ -e $(VENV_STAMP) ] && { [ "$$(cat $(VENV)/stamps/place)" != "$$(pwd -P)" ] || $(python_changed); } && echo stale)
 
-.PHONY: help demo test nightly lint setup lock clean stale
+.PHONY: help demo test nightly lint docs setup lock clean stale
 .NOTPARALLEL:
-.SILENT: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP) $(TEST_STAMP)
+.SILENT: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP) $(TEST_STAMP) $(DOCS_STAMP)
 
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
@@ -63,6 +64,12 @@ lint: setup $(TEST_STAMP)  ## ruff, mypy, import rules
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --no-logo
 
+# What does not fit a page, a link that leads nowhere among it, is a warning, and ends this.
+docs: $(PROJECT_STAMP) $(DOCS_STAMP)  ## the documentation and a reference as a site in out/docs, links checked
+	rm -rf out/docs
+	PYTHONPATH="$$PWD/$(VENV)/docs" $(VENV)/bin/python -m sphinx -q -W --keep-going -c docs/site . out/docs
+	@echo "out/docs/index.html"
+
 setup: $(VENV_STAMP) $(STANDARD_STAMP) $(MESSAGES_STAMP) $(PROJECT_STAMP) $(KERNELS_STAMP)  ## only the set-up, without tests' tools
 
 lock:  ## pin anew what pyproject.toml asks for
@@ -75,9 +82,14 @@ lock:  ## pin anew what pyproject.toml asks for
 	    --extra messages --extra test pyproject.toml --output-file .venv-lock/all.lock
 	grep -vxFf .venv-lock/requirements.lock .venv-lock/all.lock > requirements-test.lock
 	cp .venv-lock/requirements.lock requirements.lock
+	.venv-lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+	    --fork-strategy fewest --no-annotate --no-header --upgrade \
+	    --group docs --output-file requirements-docs.lock
 	# Only this platform is locked for (pyproject.toml, tool.uv), so its markers say nothing.
 	sed -i "s/ and sys_platform == 'linux'//; s/ ; platform_machine == 'x86_64'\( .$$\)/\1/; \
 	    s/ and platform_machine == 'x86_64'//; s/platform_machine == 'x86_64' and //" requirements.lock requirements-test.lock
+	sed -i "s/ ; platform_machine == 'x86_64' and sys_platform == 'linux'//; \
+	    s/ and platform_machine == 'x86_64' and sys_platform == 'linux'//" requirements-docs.lock
 
 clean:  ## remove what make has made
 	rm -rf $(VENV) .venv-lock .pytest_cache .mypy_cache .ruff_cache flexsim.egg-info
@@ -162,4 +174,11 @@ $(KERNELS_STAMP): $(PROJECT_STAMP) $(shell find flexsim_node thermal_node -name 
 $(TEST_STAMP): $(VENV_STAMP) requirements-test.lock
 	echo "set-up: the tests' tools"
 	$(PIP_INSTALL) --no-build-isolation --use-pep517 --ignore-installed -r requirements-test.lock
+	touch $@
+
+# Beside the venv and not in it: the site's builder brings versions of its own of what the project uses.
+$(DOCS_STAMP): $(VENV_STAMP) requirements-docs.lock
+	echo "set-up: what builds the site"
+	rm -rf $(VENV)/docs
+	$(PIP_INSTALL) --target $(VENV)/docs -r requirements-docs.lock
 	touch $@

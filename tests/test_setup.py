@@ -1,5 +1,6 @@
 """The set-up: what `make` promises a person who has Python, a compiler and make."""
 
+import ast
 import os
 import re
 import shutil
@@ -16,6 +17,7 @@ from packaging.version import Version
 
 ROOT = Path(__file__).parents[1]
 RUNTIME, TEST = ROOT / "requirements.lock", ROOT / "requirements-test.lock"
+DOCS = ROOT / "requirements-docs.lock"
 
 
 def pins(*locks: Path) -> list[Requirement]:
@@ -47,7 +49,7 @@ def checkout(tmp_path: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("lock", [RUNTIME, TEST], ids=lambda lock: lock.name)
+@pytest.mark.parametrize("lock", [RUNTIME, TEST, DOCS], ids=lambda lock: lock.name)
 def test_every_line_of_a_lock_is_one_version_with_its_hashes(lock: Path) -> None:
     for pin in pins(lock):
         assert [s.operator for s in pin.specifier] == ["=="], pin
@@ -73,6 +75,21 @@ def test_the_locks_hold_what_pyproject_asks_for_on_every_python(python: str) -> 
                 assert version in requirement.specifier, requirement
 
 
+@pytest.mark.parametrize("python", ["3.10", "3.11", "3.12", "3.13"])
+def test_the_sites_lock_holds_what_its_group_asks_for(python: str) -> None:
+    """It stands by itself: the site's builder is installed beside the virtual environment."""
+    here = {"python_version": python, "python_full_version": f"{python}.0"}
+    pinned = {
+        canonicalize_name(pin.name): Version(next(iter(pin.specifier)).version)
+        for pin in pins(DOCS)
+        if pin.marker is None or pin.marker.evaluate(here)
+    }
+    group = re.search(r"^docs = (\[.+\])$", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    assert group
+    for requirement in map(Requirement, ast.literal_eval(group[1])):
+        assert pinned[canonicalize_name(requirement.name)] in requirement.specifier
+
+
 def test_a_wheel_holds_every_file_and_nothing_named_scripts(tmp_path: Path) -> None:
     source = tmp_path / "source"
     for folder in (
@@ -89,13 +106,21 @@ def test_a_wheel_holds_every_file_and_nothing_named_scripts(tmp_path: Path) -> N
     command += ["--no-build-isolation", "--wheel-dir", str(tmp_path), str(source)]
     subprocess.run(command, check=True)
     with zipfile.ZipFile(next(tmp_path.glob("flexsim-*.whl"))) as wheel:
-        held = {name for name in wheel.namelist() if name.endswith(".py")}
-    files = (path.relative_to(source) for path in source.rglob("*.py") if "build" not in path.parts)
+        held = {name for name in wheel.namelist() if name.endswith((".py", "py.typed"))}
+    found = [*source.rglob("*.py"), *source.rglob("py.typed")]
+    files = (path.relative_to(source) for path in found if "build" not in path.parts)
     places = {r"^scripts/": "flexsim/", r"^msgs_schema/": ""}
     wanted = {str(path) for path in files}
     for folder, place in places.items():
         wanted = {re.sub(folder, place, path) for path in wanted}
     assert held == wanted
+    packages = ("flexsim", "flexsim_core", "flexsim_node", "flexsim_ros", "thermal_node")
+    assert {f"{name}/py.typed" for name in packages} <= held  # so that a user's type checker looks into them
+
+
+def test_the_change_log_knows_this_version() -> None:
+    version = re.search(r'^version = "(.+)"', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    assert version and f"\n## {version[1]}" in (ROOT / "CHANGELOG.md").read_text()
 
 
 def test_a_second_make_has_nothing_to_set_up() -> None:

@@ -118,6 +118,8 @@ def fit(
 ) -> Fit:
     """Estimate the insulation's conductivity above 300 °C, its density and the rim's contact.
 
+    Parameters
+    ----------
     scene : a door with probes that the log's columns are named after
     material : what is fitted; left out, the thickest layer's
     rim, density : whether those are fitted as well
