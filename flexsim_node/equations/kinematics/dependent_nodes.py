@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from ...compiled.flat import flat
 from ...compiled.kernel import kernel
-from ...compiled.lanes import load, plus, store
 from ...model.chain import COUNT, FIRST
 from ...model.reduced.layout import MODES
 
@@ -35,7 +34,7 @@ def fold_modes(reduction, chain, n, end, force, out):
 
 @kernel
 def six_of_its_own(dofs, index, i):
-    """Whether the dofs of node i are six unknowns in a row, as most nodes' are: two fours that overlap."""
+    """Whether the dofs of node i are six unknowns in a row, as most nodes' are."""
     return len(dofs) == 6 and index[i, 0] >= 0 and index[i, 5] == index[i, 0] + 5
 
 
@@ -51,10 +50,9 @@ def own_nodes(chain, n, y, rows):
     own_modes(chain.reduction, chain, n, b * (first + count + 1), y, rows)
     for i in range(first + 1, first + count + 1):
         if six_of_its_own(chain.dofs, index, i):
-            z, at = flat(rows), index[i, 0]
-            x, w = load(y, at), load(y, at + 2)
-            store(z, 6 * i, x)
-            store(z, 6 * i + 2, w)
+            at = index[i, 0]
+            for k in range(6):
+                rows[i, k] = y[at + k]
             continue
         dependent = False
         for k in range(b):
@@ -83,10 +81,9 @@ def fold_forces(chain, n, force, out):
     fold_modes(chain.reduction, chain, n, b * (first + count + 1), force, out)
     for i in range(first + count, first, -1):
         if six_of_its_own(chain.dofs, index, i):
-            z, at = flat(force), index[i, 0]
-            x, w = plus(load(out, at), load(z, 6 * i)), plus(load(out, at + 2), load(z, 6 * i + 2))
-            store(out, at, x)
-            store(out, at + 2, w)
+            at = index[i, 0]
+            for k in range(6):
+                out[at + k] += force[i, k]
             continue
         for k in range(b):
             if index[i, k] < 0:
