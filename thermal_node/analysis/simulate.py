@@ -17,6 +17,7 @@ from ..criteria.criterion import Criterion
 from ..criteria.tolerance import FurnaceTolerance
 from ..deformation.deflection import Deflection
 from ..furnace.furnace import Measured
+from ..furnace.tabled import Table
 from ..heat.conduction import Array
 from ..model.door_model import DoorModel, door_model
 from ..model.probes import Radiometer, probes_of, unexposed_maximum, unexposed_mean
@@ -178,7 +179,17 @@ def _possible(duration: float, sample_period: float) -> None:
 
 
 def _log_lasts(model: DoorModel, duration: float) -> None:
-    """Refuse a test that is longer than the measured furnace's log and what may be bridged."""
+    """Refuse a test that outlasts a table, or the furnace's log and what may be bridged of it."""
+    faces = ("exposed", "unexposed", "lateral")
+    tables: dict[str, object] = {"furnace": model.furnace}
+    tables["furnace: radiation"] = model.radiation.table if model.radiation is not None else None
+    tables.update({f"{face}: flux": flux for face, flux in zip(faces, model.flux, strict=True)})
+    for where, one in tables.items():
+        if isinstance(one, Table) and duration > one.end * (1.0 + 1e-9):
+            raise SceneError(
+                f"{model.scene.source}: {where}: its table ends at {one.end:g} s, the test lasts"
+                f" {duration:g} s; give values to {duration:g} s, or a shorter test"
+            )
     furnace, gap = model.furnace, model.scene.furnace.longest_gap
     if isinstance(furnace, Measured) and duration > furnace.time[-1] + gap:
         raise SceneError(

@@ -34,7 +34,7 @@ def solve_stage(
     temperature: Array,
     base: Array,
     g: float,
-    gas: Array,
+    surroundings: Array,
     tables: Tables,
     grid: Grid,
     surface: Surface,
@@ -47,7 +47,7 @@ def solve_stage(
 ) -> int:
     """Solve in place for temperature (N,), °C; `field` is left evaluated there.
 
-    base : B (N,), J; g : s; gas (3,), °C; newton, step (N,) : work
+    base : B (N,), J; g : s; surroundings (3, 3) : see evaluate; newton, step (N,) : work
     count (2,) : evaluations and linear iterations, added to
     """
     _count, _nz, ny, nx = grid.volume.shape
@@ -59,7 +59,7 @@ def solve_stage(
     if can_be_exact:
         newton.start[:] = temperature
     for iteration in range(most):
-        evaluate(temperature, gas, tables, grid, surface, field)
+        evaluate(temperature, surroundings, tables, grid, surface, field)
         count[0] += 1
         residual, moved, rounding = 0.0, 0.0, 0.0
         for i in range(n):

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..furnace.furnace import FILM_COEFFICIENT, Furnace, furnace_of
+from ..furnace.tabled import Radiation, Table, flux_of, radiation_of
 from ..heat.conduction import Array, Grid, Surface, Tables
 from ..mesh.door import door_mesh
 from ..mesh.exchange import Exchange
 from ..mesh.leaf import LeafMesh
-from ..scene.parts import MaterialPart, Property, SurfacePart
+from ..scene.furnace_part import SurfacePart
+from ..scene.parts import MaterialPart, Property
 from ..scene.schema import Scene
 from ..scene.standards import STANDARDS
 from .materials import STEEL_DENSITY, Curve, Material, constant, steel, table
@@ -30,6 +32,8 @@ class DoorModel:
     """Built once from a scene by `door_model`; never changes.
 
     gas : for the exposed, unexposed and lateral surface, whether it is the furnace's
+    radiation : °C over time, where the furnace does not radiate at its gas' temperature
+    flux : for the same surfaces, W/m2 over time that enters besides
     """
 
     scene: Scene
@@ -40,6 +44,8 @@ class DoorModel:
     surface: Surface
     gas: tuple[bool, bool, bool]
     furnace: Furnace
+    radiation: Radiation | None
+    flux: tuple[Table | None, Table | None, Table | None]
     ambient: float
     initial: float
 
@@ -84,6 +90,8 @@ def door_model(scene: Scene) -> DoorModel:
             scene.lateral.gas == "furnace",
         ),
         furnace=furnace_of(scene.furnace, scene.source, STANDARDS[scene.criteria.standards[0]].curve),
+        radiation=radiation_of(scene.furnace.radiation),
+        flux=(flux_of(scene.exposed.flux), flux_of(scene.unexposed.flux), flux_of(scene.lateral.flux)),
         ambient=scene.ambient,
         initial=scene.start,
     )

@@ -12,17 +12,16 @@ from flexsim_core.quantities import Misplaced, Part
 from pydantic import Field, model_validator
 
 from .criteria_part import CriteriaPart, SealsPart
+from .furnace_part import FurnacePart, SurfacePart
 from .parts import (
     RESERVED,
     DeformationPart,
-    FurnacePart,
     Leaf,
     MaterialPart,
     MeshPart,
     ProbesPart,
     Property,
     SolverPart,
-    SurfacePart,
 )
 from .quantities import (
     Ambient,
@@ -63,6 +62,7 @@ class Scene(Part):
         self._materials_known()
         self._mesh_fits()
         self._tables_reach()
+        self._radiation_is_seen()
         large = too_large(self.leaf, self.solver, self.mesh, self.deformation)
         if large is not None:
             raise Misplaced(*large)
@@ -138,6 +138,27 @@ class Scene(Part):
                         f"is {value:g}, off the leaf; give at most {limit:g} m",
                     )
 
+    def _radiation_is_seen(self) -> None:
+        """Of the furnace's radiation something depends, and a flux enters what is not held."""
+        steady = self.solver.model == "steady"
+        if self.exposed.flux is not None and steady and self.exposed.held is None:
+            raise Misplaced(
+                ("exposed", "flux"), "enters a face that steady holds; give exposed: held: false as well"
+            )
+        if self.furnace.radiation is None:
+            return
+        for face, exposed in ((self.exposed, True), (self.unexposed, False), (self.lateral, False)):
+            held = face.held or (steady and exposed and face.held is None)
+            in_furnace = (face.gas or ("furnace" if exposed else "ambient")) == "furnace"
+            emissivity = (0.7 if exposed else 0.0) if face.emissivity is None else face.emissivity
+            if in_furnace and not held and emissivity > 0.0:
+                return
+        raise Misplaced(
+            ("furnace", "radiation"),
+            "meets no surface: none in the furnace's gas is free and has an emissivity; give one,"
+            " or leave it out",
+        )
+
     def _tables_reach(self) -> None:
         """No temperature that the scene is sure to reach lies above a table's end."""
         reached = [(self.start, "the door starts at"), (self.ambient, "the ambient is at")]
@@ -145,7 +166,7 @@ class Scene(Part):
         if isinstance(furnace, float):
             reached.append((furnace, "the furnace is at"))
         elif furnace:
-            reached.append((max(furnace), "the measured furnace goes to"))
+            reached.append((max(furnace), f"the {self.furnace.curve} furnace goes to"))
         names = {layer.material for layer in self.leaf.layers}
         for name, material in self.materials.items():
             if name not in names:
