@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 CONVERGED, SLOW, NOT_FINITE = 0, 1, 2
 HEAT_TOLERANCE = 2e-7
+ROUNDING = 4e-16
+"""Of a node's heat and of what its temperature stands for: twice what a number is rounded by."""
 LINEAR_TOLERANCE = 0.02
 PATIENCE = 8
 """Iterations after which a residual that does not fall sends finite elements to the exact derivative."""
@@ -61,7 +63,8 @@ def solve_stage(
     for iteration in range(most):
         evaluate(temperature, surroundings, tables, grid, surface, field)
         count[0] += 1
-        residual, moved, rounding = 0.0, 0.0, 0.0
+        residual, moved, rounding, conducted = 0.0, 0.0, 0.0, 0.0
+        along = field.conductance.z
         for i in range(n):
             r = base[i] + g * field.flow[i] - field.heat[i]
             krylov.r[i] = r
@@ -69,12 +72,16 @@ def solve_stage(
             moved += abs(field.heat[i] - base[i])
             # What rounding of a temperature does to its heat, and to a surface that holds it.
             kelvin = abs(temperature[i]) + 273.0
-            rounding += 1e-14 * field.capacity[i] + 1e-15 * g * field.diagonal[i] * kelvin
+            stored = abs(field.heat[i]) + field.capacity[i] * abs(temperature[i])
+            rounding += ROUNDING * stored + 1e-15 * g * field.diagonal[i] * kelvin
+            if i < along.size:
+                conducted += 1e-15 * g * along[i] * kelvin
         if not residual < 1e300 and (exact or not can_be_exact):
             return NOT_FINITE
         through = g * (field.surface_flow[3] + field.surface_flow[4] + field.surface_flow[5])
         scale = HEAT_TOLERANCE * max(through, 0.01 * moved) + rounding
-        if residual <= scale or (residual > 0.5 * previous and residual <= 4.0 * scale):
+        # Thin metal at rest gets no nearer than rounding of what its nodes conduct to each other.
+        if residual <= scale or (residual > 0.5 * previous and residual <= 4.0 * scale + conducted):
             return CONVERGED
         if (
             can_be_exact
