@@ -86,7 +86,7 @@ def test_few_goods_behind_large_openings_burn_by_their_own_pace():
     hottest = 20 + 1325 * (1 - 0.324 * np.exp(-0.2 * t) - 0.204 * np.exp(-1.7 * t) - 0.472 * np.exp(-19 * t))
     assert fire.fuel_controlled
     assert fire(1500.0) == pytest.approx(hottest, abs=1e-9)
-    # Gamma is 9 and t*max 0.2 * 60e-3 / 60 * ... = 1.8 h, between the two bounds of (A.11).
+    # Gamma is 9 and t*max 0.2e-3 * 60 / 0.06 * 9 = 1.8 h, between the two bounds of (A.11).
     assert fire(1500.0) - fire(1500.0 + 36.0) == pytest.approx(250.0 * (3.0 - 1.8) * 9.0 * 0.01, abs=1e-9)
 
 
