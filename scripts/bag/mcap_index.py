@@ -130,8 +130,6 @@ def from_summary(path: Path, data: mmap.mmap) -> FileIndex | None:
         found.first, found.last = statistics.message_start_time, statistics.message_end_time
     for kind, named in ((Opcode.ATTACHMENT, found.attachments), (Opcode.METADATA, found.metadata)):
         for k, (name, (offset, _)) in enumerate(named):
-            if not len(MAGIC) <= offset <= footer_at - RECORD.size:
-                raise ValueError("what it names is not in the file")
             opcode, length = RECORD.unpack_from(data, offset)
             if opcode != kind or offset + RECORD.size + length > footer_at:
                 raise ValueError("what it names is not where it is said to be")

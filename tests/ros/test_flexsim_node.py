@@ -66,7 +66,8 @@ def test_it_steps_in_real_time(tmp_path: Path) -> None:
 def test_the_benchmark_of_real_time() -> None:
     """It runs and accounts for all of its time; how many answers come, the host decides."""
     program = Path(__file__).parents[2] / "benchmarks" / "realtime.py"
-    words = ["--duration", "4", "--rate", "2000", "--controller", "--json"]
+    # Long enough for a host that lends a fraction of its cores.
+    words = ["--duration", "12", "--rate", "2000", "--controller", "--json"]
     done = subprocess.run(
         [sys.executable, str(program), *words],
         env=ros_environment(), capture_output=True, text=True, timeout=100,
@@ -74,10 +75,11 @@ def test_the_benchmark_of_real_time() -> None:
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     # Every due tick is made or said to be lost; what is read may be a second old.
-    assert found["ticks"] / 2000 + found["lost_time"] >= 3.0
-    assert found["commands"] > 100
+    assert found["ticks"] / 2000 + found["lost_time"] >= 11.0
+    assert found["ticks"] > 4000
+    assert found["commands"] > 1000
     for latency in (found["latency"], found["echo_latency"]):
-        assert latency["samples"] > 10
+        assert latency["samples"] > 100
         assert 0.0 < latency["p50"] <= latency["p99"] < 1.0
 
 

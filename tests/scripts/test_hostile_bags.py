@@ -142,7 +142,7 @@ def by_hand(path: Path, topic: str, kind: str, schema: str, data: bytes, encodin
     return path
 
 
-ABSURD = (0, 2**31, 2**32 - 1, 2**63 - 1, 2**63, 2**64 - 1)
+ABSURD = (0, 8, 2**31, 2**32 - 1, 2**63 - 1, 2**63, 2**64 - 1)
 
 
 @pytest.mark.parametrize("opcode", [Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX])

@@ -5,8 +5,8 @@ import pytest
 from door_scenes import door
 
 from thermal_node import SceneError, load_scene, simulate
-from thermal_node.analysis.fit import fit
-from thermal_node.furnace.thermocouple_log import ThermocoupleLog, read_thermocouple_log
+from thermal_node.fit import fit
+from thermal_node.thermocouple_log import ThermocoupleLog, read_thermocouple_log
 
 MESH = {"in_plane": [8, 8], "layers": [1, 6, 1], "symmetry": "quarter"}
 GUESS = [0.035, 0.043, 0.073, 0.118, 0.178]

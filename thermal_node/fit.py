@@ -1,0 +1,5 @@
+"""The fit of a door to a test, under the name that users import."""
+
+from .analysis.fit import fit
+
+__all__ = ["fit"]
