@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MINUTE = 60.0
 MILLIMETRES = 1e3
+KILO = 1e3
 REPORTS = (".html", ".md")
 FURNACE_TYPE = "sensor_msgs/msg/Temperature"
 FURNACE_TOPICS = ("furnace/measured_temperature", "furnace/temperature")
@@ -311,10 +312,30 @@ def figures(run: Run, elapsed: float) -> dict[str, Any]:
         "probes": {name: float(v[last]) for name, v in run.probes.items()} if last >= 0 else {},
         "bow": None if run.bow is None or last < 0 else float(run.bow[last]),
         "gap": None if run.gap is None or last < 0 else float(run.gap.max()),
+        "reactions": reactions(run),
+        "utilisation": utilisation(run),
         "largest_imbalance": run.balance.worst,
         "furnace_tolerance": run.furnace_tolerance.broken if run.furnace_tolerance else None,
         "furnace_notes": list(getattr(run.model.furnace, "notes", ())),
     }
+
+
+def reactions(run: Run) -> list[dict[str, Any]]:
+    """Return what each support bears at the end, N, positive away from the fire."""
+    if not run.shapes:
+        return []
+    return [vars(r) for r in run.shapes[max(run.shapes)].reactions]
+
+
+def utilisation(run: Run) -> dict[str, Any] | None:
+    """Return where and when the leaf used most of its yield strength."""
+    used = run.utilisation
+    if used is None:
+        return None
+    from thermal_node.analysis.report import structure
+
+    said = dict(structure(run))["largest use of the yield strength"]
+    return vars(used) | {"time": run.utilisation_time, "said": said}
 
 
 def print_figures(found: dict[str, Any]) -> None:
@@ -335,6 +356,10 @@ def print_figures(found: dict[str, Any]) -> None:
     if found["bow"] is not None:
         bow, gap = MILLIMETRES * found["bow"], MILLIMETRES * found["gap"]
         click.echo(f"bow {bow:.1f} mm towards the fire, largest gap at an edge {gap:.1f} mm")
+        borne = ", ".join(f"{r['name']} {r['force'] / KILO:.2f} kN" for r in found["reactions"])
+        click.echo(f"at the end, positive away from the fire: {borne}")
+        if found["utilisation"]:
+            click.echo(f"largest use of the yield strength: {found['utilisation']['said']}")
     for note in found["furnace_notes"]:
         click.echo(f"furnace's log: {note}")
     click.echo(f"verdict: {found['verdict']}")

@@ -93,6 +93,7 @@ class MaterialPart(Part):
     youngs_modulus: AnyProperty | None = None
     poissons_ratio: Annotated[Number, between(-0.5, 0.49, "")] | None = None
     elongation: AnyProperty | None = None
+    yield_strength: AnyProperty | None = None
 
     @model_validator(mode="after")
     def _possible(self) -> MaterialPart:
@@ -115,6 +116,8 @@ class MaterialPart(Part):
         modulus = self.youngs_modulus
         if modulus is not None and modulus.rule is None and modulus.lowest() < 0.0:
             raise Misplaced(("youngs_modulus",), "is negative; give at least 0 Pa")
+        if self.yield_strength is not None and self.yield_strength.lowest() < 0.0:
+            raise Misplaced(("yield_strength",), "is negative; give at least 0 Pa")
         return self
 
 
@@ -217,20 +220,3 @@ class ProbesPart(Part):
         "interior",
     )
     points: dict[str, Point] = Field(default_factory=dict)
-
-
-class DeformationPart(Part):
-    """Thermo-elastic deformation of the leaf.
-
-    hinges : heights of the hinges, m from the leaf's centre, on `hinge_side`
-    lock : height of the lock on the other side, m from the centre; interval : s between solutions
-    in_plane, layers : elements across and up the whole leaf, and through each layer
-    """
-
-    model: Literal["none", "solid", "shell"] = "none"
-    hinge_side: Literal["left", "right"] = "left"
-    hinges: Annotated[tuple[Position, ...], Field(min_length=1)] | None = None
-    lock: Position | None = 0.0
-    in_plane: tuple[Count, Count] = (32, 64)
-    layers: tuple[Count, ...] | None = None
-    interval: Positive = 300.0

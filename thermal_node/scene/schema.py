@@ -12,10 +12,10 @@ from flexsim_core.quantities import Misplaced, Part
 from pydantic import Field, model_validator
 
 from .criteria_part import CriteriaPart, SealsPart
+from .deformation_part import DeformationPart
 from .furnace_part import FurnacePart, SurfacePart
 from .parts import (
     RESERVED,
-    DeformationPart,
     Leaf,
     MaterialPart,
     MeshPart,
@@ -28,7 +28,7 @@ from .quantities import (
     Temperature,
 )
 from .size import too_large
-from .supports import mechanism
+from .supports import mechanism, off_the_leaf
 
 
 class Scene(Part):
@@ -105,14 +105,9 @@ class Scene(Part):
                 raise Misplaced(
                     ("mesh", "in_plane"), f"leaves no brick beside the rim; give at least {least}"
                 )
-        for key in ("hinges", "lock"):
-            value = getattr(self.deformation, key)
-            for y in value if isinstance(value, tuple) else (value,):
-                if y is not None and abs(y) > 0.5 * self.leaf.height:
-                    raise Misplaced(
-                        ("deformation", key),
-                        f"has {y:g}, off the leaf; give at most {0.5 * self.leaf.height:g} m from its centre",
-                    )
+        off = off_the_leaf(self.leaf, self.deformation)
+        if off is not None:
+            raise Misplaced(*off)
         free = mechanism(self.leaf, self.deformation) if self.deformation.model != "none" else ""
         if free:
             raise Misplaced(("deformation",), free)
