@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..scene.load import Scene, SceneError
 from ..scene.standards import STANDARDS
-from .log_file import plain_name, read_columns
+from .log_file import read_columns
 from .parametric import ParametricFire
 from .tabled import table_of
 
@@ -306,7 +306,7 @@ def read_log(path: Path, longest_gap: float, curve: str | None = None) -> Measur
     thermocouples the mean heats the door and each is judged.
     """
     columns = read_columns(path)
-    named = {name: plain_name(name) for name in columns.readings}
+    named = {name: columns.plain[name].lower() for name in columns.readings}
     chosen = _furnace_columns(named)
     if not chosen:
         raise SceneError(
