@@ -69,6 +69,12 @@ def test_what_is_known_beforehand_parts_what_a_log_does_not():
     assert relative[0] < 0.7 * relative[1]
     low, high = by_key[key].interval
     assert low < TRUTH[key] < high
+    # Two normal estimates of one number: the mean that their variances weigh.
+    mean, deviation = before["density"].value, before["density"].standard_error
+    for value, spread, within in ((115.0, 20.0, 0.3), (115.0, 0.5, 1.0)):
+        weighed = (mean / deviation**2 + value / spread**2) / (1.0 / deviation**2 + 1.0 / spread**2)
+        found = fit(scene, short, priors={"density": (value, spread)})
+        assert found.parameters[-1].value == pytest.approx(weighed, abs=within)
 
 
 def test_a_prior_that_the_log_contradicts_is_named(log):
