@@ -17,6 +17,7 @@ from ..scene.parts import MaterialPart, Property
 from ..scene.schema import Scene
 from ..scene.standards import STANDARDS
 from .materials import STEEL_DENSITY, Curve, Material, constant, steel, table
+from .rebate import free_edge
 
 HELD = 1e9
 """W/(m2 K) of a surface that is held at its gas' temperature."""
@@ -63,7 +64,8 @@ def door_model(scene: Scene) -> DoorModel:
     area = np.zeros((3, nz, ny, nx))
     area[0, 0] = mesh.exposed_area
     area[1, -1] += mesh.unexposed_area
-    area[2] = mesh.lateral_area
+    depth = scene.lateral.depth
+    area[2] = mesh.lateral_area if depth is None else free_edge(mesh, depth)
     steady = scene.solver.model == "steady"
     surfaces = (scene.exposed, scene.unexposed, scene.lateral)
     default_film = (FILM_COEFFICIENT.get(scene.furnace.curve, 25.0), 10.0, 0.0)

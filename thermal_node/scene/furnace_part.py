@@ -204,3 +204,13 @@ class SurfacePart(Part):
         if self.flux is not None and self.held:
             raise Misplaced(("flux",), "enters a surface whose temperature is held; give one of the two")
         return self
+
+
+class LateralPart(SurfacePart):
+    """The leaf's outer edge.
+
+    depth : m from the exposed face, to where a rebate or the frame covers it; covered, it is adiabatic.
+        Left out, all of it is free
+    """
+
+    depth: Annotated[Number, between(0.0, 2.0, "m", "metres, not millimetres", open_low=True)] | None = None

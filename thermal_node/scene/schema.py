@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from .criteria_part import CriteriaPart, SealsPart
 from .deformation_part import DeformationPart
-from .furnace_part import FurnacePart, SurfacePart
+from .furnace_part import FurnacePart, LateralPart, SurfacePart
 from .parts import (
     RESERVED,
     Leaf,
@@ -42,7 +42,7 @@ class Scene(Part):
     furnace: FurnacePart = FurnacePart()
     exposed: SurfacePart = SurfacePart()
     unexposed: SurfacePart = SurfacePart()
-    lateral: SurfacePart = SurfacePart()
+    lateral: LateralPart = LateralPart()
     ambient: Ambient = 20.0
     initial: Temperature | None = None
     mesh: MeshPart = MeshPart()
@@ -105,6 +105,11 @@ class Scene(Part):
                 raise Misplaced(
                     ("mesh", "in_plane"), f"leaves no brick beside the rim; give at least {least}"
                 )
+        depth = self.lateral.depth
+        if depth is not None and depth > self.leaf.thickness * (1.0 + 1e-9):
+            raise Misplaced(
+                ("lateral", "depth"), f"is {depth:g}; give at most the leaf's {self.leaf.thickness:g} m"
+            )
         off = off_the_leaf(self.leaf, self.deformation)
         if off is not None:
             raise Misplaced(*off)
