@@ -143,8 +143,9 @@ class Deformation:
     def _used_solid(self, at: Array, u: Array) -> Utilisation | None:
         if all(curve is None for curve in self._strengths):
             return None
-        stress, temperature, place = self._solid.stress(at, u)
-        kind = np.broadcast_to(self._solid.material[:, None], stress.shape)
+        strong = np.array([curve is not None for curve in self._strengths])[self._solid.material]
+        stress, temperature, place = self._solid.stress(at, u, strong)
+        kind = np.broadcast_to(self._solid.material[strong][:, None], stress.shape)
         strength = strength_at(self._strengths, kind, temperature)
         names = self.model.mesh.material_names
         return most_used(stress, strength, temperature, place, kind, names)

@@ -87,13 +87,13 @@ class SolidLeaf:
         force = np.bincount(self._dof.ravel(), weights=load.ravel(), minlength=count)
         return matrix, np.asarray(force, dtype=float)
 
-    def stress(self, temperature: Array, u: Array) -> tuple[Array, Array, Array]:
-        """Von Mises stress, Pa, temperature, °C, and place (bricks, 8 Gauss points, 3), m."""
+    def stress(self, temperature: Array, u: Array, only: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+        """Von Mises stress, Pa, temperature, °C, and place (8 Gauss points, 3), m, of some bricks."""
         modulus, strain, ratio = self._elastic(temperature)
-        found = element_stress(self.size, modulus, ratio, strain, u[self._dof])
+        found = element_stress(self.size[only], modulus[only], ratio[only], strain[only], u[self._dof[only]])
         value, _ = shape_functions()
-        place = np.einsum("gk,nkc->ngc", value, self.nodes[self._element])
-        return found, temperature[self._element] @ value.T, place
+        place = np.einsum("gk,nkc->ngc", value, self.nodes[self._element[only]])
+        return found, temperature[self._element[only]] @ value.T, place
 
     def _elastic(self, temperature: Array) -> tuple[Array, Array, Array]:
         value, _ = shape_functions()
