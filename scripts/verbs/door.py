@@ -14,10 +14,13 @@ from ..terminal.setting import setting
 
 if TYPE_CHECKING:
     from thermal_node import Run, Scene
-    from thermal_node.analysis.fit import Fit
+    from thermal_node.analysis.fitted import Fit
+    from thermal_node.analysis.identifiability import Foreseen
 
 MINUTE = 60.0
 MILLIMETRES = 1e3
+KILO = 1e3
+PERCENT = 100.0
 REPORTS = (".html", ".md")
 FURNACE_TYPE = "sensor_msgs/msg/Temperature"
 FURNACE_TOPICS = ("furnace/measured_temperature", "furnace/temperature")
@@ -113,10 +116,15 @@ def simulate_door(
 
 @command.command("fit")
 @click.argument("scene", type=click.Path())
-@click.argument("log", metavar="LOG.csv", type=click.Path())
+@click.argument("logs", metavar="LOG.csv...", type=click.Path(), nargs=-1, required=True)
 @click.option("--material", metavar="NAME", help="What is fitted; else the thickest layer's.")
 @click.option("--keep-density", is_flag=True, help="Take the density as the scene has it.")
 @click.option("--keep-rim", is_flag=True, help="Take the rim's contact as the scene has it.")
+@click.option("--prior", "priors", multiple=True, metavar="KEY=VALUE±DEVIATION",
+              help="Known beforehand: density=120±6, rim_contact=0.8+-0.1, conductivity_600=0.17±0.03;"
+                   " may be repeated.")  # fmt: skip
+@click.option("--leave-out", multiple=True, metavar="TC", help="A thermocouple not to use; may be repeated.")
+@click.option("--check", is_flag=True, help="Say what the logs can tell of each parameter, and fit nothing.")
 @click.option("--predict", type=click.Path(), metavar="LARGER_SCENE",
               help="Burn another door with the materials that were found.")  # fmt: skip
 @duration_option
@@ -126,10 +134,13 @@ def simulate_door(
 @json_option
 def fit_door(
     scene: str,
-    log: str,
+    logs: tuple[str, ...],
     material: str | None,
     keep_density: bool,
     keep_rim: bool,
+    priors: tuple[str, ...],
+    leave_out: tuple[str, ...],
+    check: bool,
     predict: str | None,
     duration: float,
     settings: tuple[str, ...],
@@ -139,29 +150,46 @@ def fit_door(
     """Estimate a door's materials from the thermocouples of a fire test.
 
     LOG.csv has a column time, s unless its name says another unit (time_min), columns named after the
-    scene's probes (tc_1 ... tc_12), and furnace if it was measured. Estimated are the insulation's
-    conductivity above 300 °C, its density and the rim's contact, each with its 95 % interval. SECONDS
-    are those of the fire that is predicted.
+    scene's probes (tc_1 ... tc_12), and furnace if it was measured. Several logs are of several tests of
+    that door, each in its own furnace. Estimated are the insulation's conductivity above 300 °C, its
+    density and the rim's contact, each with its 95 % interval; before the fit it is said what the logs
+    can't tell. SECONDS are those of the fire that is predicted.
 
     \b
     Example:
       flexsim door fit config/thesis_door.yaml LOG.csv
+      flexsim door fit config/thesis_door.yaml LOG.csv --check
+      flexsim door fit config/thesis_door.yaml A.csv B.csv --prior density=120±6 --leave-out tc_7
       flexsim door fit config/thesis_door.yaml LOG.csv --predict larger.yaml --report larger.html
     """
     check_targets(report, None)
     overrides = dict(map(setting, settings))
 
     from thermal_node import load_scene
-    from thermal_node.analysis.fit import fit
+    from thermal_node.analysis.fit import fit, foresee_fit
     from thermal_node.furnace.thermocouple_log import read_thermocouple_log
 
     loaded = load_scene(scene, overrides)
     larger = load_scene(predict) if predict else None
-    readings = read_thermocouple_log(log)
-    for note in readings.notes:
-        click.echo(f"{log}: {note}", err=True)
+    known = dict(map(prior, priors))
+    readings = [read_thermocouple_log(log) for log in logs]
+    for log in readings:
+        for note in log.notes:
+            click.echo(f"{log.source}: {note}", err=True)
     progress = Progress()
     begun = time.monotonic()
+    if check:
+        if predict or report:
+            raise click.UsageError("--check fits nothing; leave --predict and --report out")
+        names, told = foresee_fit(
+            loaded, readings, material, not keep_rim, not keep_density, priors=known, leave=leave_out
+        )
+        print_foreseen(list(names), told, ", ".join(logs), as_json)
+        return
+
+    def say(note: str) -> None:
+        click.echo(f"before the fit: {note}", err=True)
+
     result = fit(
         loaded,
         readings,
@@ -169,9 +197,12 @@ def fit_door(
         rim=not keep_rim,
         density=not keep_density,
         progress=lambda runs, rms: progress.show(f"run {runs} of the model: {rms:.2f} K off"),
+        priors=known,
+        leave=leave_out,
+        say=say,
     )
     elapsed = time.monotonic() - begun
-    found = estimates(result, elapsed) | {"scene": scene, "log": log, "prediction": None}
+    found = estimates(result, elapsed) | {"scene": scene, "log": ", ".join(logs), "prediction": None}
     burnt = result.scene
     if larger is not None:
         burnt = same_make(larger, result)
@@ -197,6 +228,46 @@ def fit_door(
             click.echo(f"report: {report}")
     if run is not None and not run.status.ok:
         raise click.ClickException(run.status.reason)
+
+
+def prior(given: str) -> tuple[str, tuple[float, float]]:
+    """Return a prior's key, value and standard deviation from KEY=VALUE±DEVIATION."""
+    key, equals, rest = given.partition("=")
+    value, _, deviation = rest.replace("+-", "±").replace("+/-", "±").partition("±")
+    try:
+        if not equals:
+            raise ValueError
+        return key.strip(), (float(value), float(deviation))
+    except ValueError:
+        raise click.UsageError(f"--prior {given}: give KEY=VALUE±DEVIATION, such as density=120±6") from None
+
+
+def print_foreseen(names: list[str], told: Foreseen, logs: str, as_json: bool) -> None:
+    """Print what logs can tell of each parameter."""
+    if as_json:
+        print_json(
+            {
+                "log": logs,
+                "parameters": [
+                    {"name": name, "standard_error": float(e), "moved": float(m)}
+                    for name, e, m in zip(names, told.error, told.moved, strict=True)
+                ],
+                "rank": told.rank,
+                "condition": told.condition,
+                "directions": told.directions.T.tolist(),
+                "spread": told.spread.tolist(),
+                "notes": list(told.notes),
+            }
+        )
+        return
+    rows: list[list[Any]] = [
+        [name, f"{m:.1f} K", "not at all" if e > 1.0 else f"{PERCENT * e:.0f} %"]
+        for name, e, m in zip(names, told.error, told.moved, strict=True)
+    ]
+    title = f"{logs}: {told.rank} of {len(names)} combinations of parameters can be told"
+    print_table(title, ["parameter", "10 % of it move a reading by", "standard error at best"], rows)
+    for note in told.notes:
+        click.echo(f"note: {note}")
 
 
 def check_targets(report: str | None, save: str | None) -> None:
@@ -311,10 +382,23 @@ def figures(run: Run, elapsed: float) -> dict[str, Any]:
         "probes": {name: float(v[last]) for name, v in run.probes.items()} if last >= 0 else {},
         "bow": None if run.bow is None or last < 0 else float(run.bow[last]),
         "gap": None if run.gap is None or last < 0 else float(run.gap.max()),
+        "reactions": [vars(r) for r in run.shapes[max(run.shapes)].reactions] if run.shapes else [],
+        "utilisation": utilisation(run),
         "largest_imbalance": run.balance.worst,
         "furnace_tolerance": run.furnace_tolerance.broken if run.furnace_tolerance else None,
         "furnace_notes": list(getattr(run.model.furnace, "notes", ())),
     }
+
+
+def utilisation(run: Run) -> dict[str, Any] | None:
+    """Return where and when the leaf used most of its yield strength."""
+    used = run.utilisation
+    if used is None:
+        return None
+    from thermal_node.analysis.report import structure
+
+    said = dict(structure(run))["largest use of the yield strength"]
+    return vars(used) | {"time": run.utilisation_time, "said": said}
 
 
 def print_figures(found: dict[str, Any]) -> None:
@@ -335,6 +419,10 @@ def print_figures(found: dict[str, Any]) -> None:
     if found["bow"] is not None:
         bow, gap = MILLIMETRES * found["bow"], MILLIMETRES * found["gap"]
         click.echo(f"bow {bow:.1f} mm towards the fire, largest gap at an edge {gap:.1f} mm")
+        borne = ", ".join(f"{r['name']} {r['force'] / KILO:.2f} kN" for r in found["reactions"])
+        click.echo(f"at the end, positive away from the fire: {borne}")
+        if found["utilisation"]:
+            click.echo(f"largest use of the yield strength: {found['utilisation']['said']}")
     for note in found["furnace_notes"]:
         click.echo(f"furnace's log: {note}")
     click.echo(f"verdict: {found['verdict']}")
@@ -356,9 +444,12 @@ def estimates(result: Fit, elapsed: float) -> dict[str, Any]:
                 "standard_error": p.standard_error,
                 "interval": list(p.interval),
                 "determined": p.determined,
+                "key": p.key,
+                "prior": p.prior,
             }
             for p in result.parameters
         ],
+        "residuals": [vars(r) for r in result.residuals],
         "rms": result.rms,
         "rms_before": result.rms_before,
         "used": list(result.used),
@@ -388,5 +479,20 @@ def print_estimates(found: dict[str, Any]) -> None:
         f" before, {found['rms']:.2f} K after; {work}"
     )
     print_table(title, ["parameter", "unit", "scene", "fitted", "95 % interval"], rows)
+    print_table(
+        "model less reading, K",
+        ["thermocouple", "readings", "rms", "mean", "worst", "at"],
+        [
+            [
+                r["name"],
+                f"{r['readings']}",
+                f"{r['rms']:.2f}",
+                f"{r['mean']:+.2f}",
+                f"{r['worst']:+.2f}",
+                f"{r['worst_time'] / MINUTE:.1f} min",
+            ]
+            for r in found["residuals"]
+        ],
+    )
     for note in found["notes"]:
         click.echo(f"note: {note}")

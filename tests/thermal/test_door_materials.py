@@ -19,7 +19,7 @@ from thermal_node.model.materials import (
     steel_yield_factor,
     table,
 )
-from thermal_node.scene.parts import Burners
+from thermal_node.scene.furnace_part import Burners
 
 TABLE = DATA / "ec3_steel_table.csv"
 

@@ -70,7 +70,7 @@ def test_conduction_and_capacity_are_those_that_scikit_fem_assembles(dimension):
     model = plain(dimension)
     conduction, capacity = matrices_by_skfem(model)
     heat = Heat(model)
-    off = np.full(3, 20.0)
+    off = np.array([[20.0] * 3, [20.0] * 3, [0.0] * 3])
     surface = model.surface._replace(film=np.zeros(3), emissivity=np.zeros(3))
     rng = np.random.default_rng(7)
     cold = None
@@ -93,7 +93,14 @@ def test_conjugate_gradients_solve_the_assembled_equations(dimension):
     conduction, capacity = matrices_by_skfem(model)
     heat = Heat(model)
     surface = model.surface._replace(film=np.zeros(3), emissivity=np.zeros(3))
-    evaluate(heat.temperature, np.full(3, 20.0), model.tables, model.grid, surface, heat._field)
+    evaluate(
+        heat.temperature,
+        np.array([[20.0] * 3, [20.0] * 3, [0.0] * 3]),
+        model.tables,
+        model.grid,
+        surface,
+        heat._field,
+    )
     n, (ny, nx) = len(heat.temperature), model.mesh.shape[1:]
     plane = nx * ny
     work = krylov(n, plane, model.mesh.finite_elements)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from door_scenes import door
+from door_scenes import door, slab
 
 from thermal_node import Heat, door_model, load_scene
 
@@ -54,3 +54,30 @@ def test_nothing_is_colder_than_its_surroundings_however_coarse():
         heat.advance(time)
         assert heat.temperature.min() > 20.0 - 1e-6
         assert np.all(np.diff(heat.temperature) <= 1e-6)
+
+
+@pytest.mark.parametrize(("thickness", "conductivity", "bricks"), [(0.01, 1.0, 4), (0.002, 50.0, 1)])
+@pytest.mark.parametrize(
+    "furnace",
+    [
+        {"curve": "constant", "temperature": 500.0},
+        {
+            "curve": "parametric",
+            "parametric": {"opening_factor": 0.04, "absorptivity": 1160.0, "fire_load": 200.0},
+        },
+    ],
+    ids=["as_hot_as_the_gas", "cold_again"],
+)
+def test_a_leaf_that_has_come_to_rest_goes_on_resting(furnace, thickness, conductivity, bricks):
+    """Nothing crosses any more, and rounding of what is stored is neither heat nor a failure.
+
+    In thin metal rounding of what its nodes conduct to each other remains: the march goes on, and the
+    balance is asked of the slab only.
+    """
+    stuff = {"density": 1000.0, "specific_heat": 1000.0, "conductivity": conductivity}
+    scene = slab(thickness, stuff, bricks, furnace=furnace, unexposed={"film_coefficient": 0.0})
+    heat = Heat(door_model(load_scene(scene)))
+    assert heat.advance(50000.0).ok
+    assert abs(heat.temperature[0] - heat.furnace(50000.0)) < 1e-6
+    if conductivity < 10.0:
+        assert heat.balance.worst < 1e-6

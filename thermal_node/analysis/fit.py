@@ -11,28 +11,25 @@ for doors larger than the specimen.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from ..burning.march import Heat
 from ..furnace.furnace import CURVES
 from ..furnace.thermocouple_log import ThermocoupleLog
 from ..heat.conduction import Array
-from ..model.door_model import door_model
-from ..model.probes import probes_of
 from ..scene.load import Scene, SceneError, changed
-from .simulate import Run, simulate
+from .fit_residual import JointResidual, LogResidual, Residuals
+from .fitted import Fit, FittedParameter
+from .identifiability import Foreseen, foresee
 
 KNOWN_BELOW = 300.0
 """°C up to which the manufacturer's conductivity is taken as it is."""
 CONTINUED_AT = (600.0, 1000.0)
 """°C of the points that are fitted where a scene's table ends at KNOWN_BELOW."""
-UNCERTAIN = 0.5
-"""Relative standard error from which on a parameter is called undetermined."""
 IGNORANCE = 3.0
 """Standard deviation of a parameter's logarithm before anything is measured."""
 WIDEST = 30.0
@@ -41,129 +38,260 @@ OUTLIER = 3.0
 """Times the median of all thermocouples' residuals from which on one is named."""
 LONGEST_LOG = 8 * 3600.0
 """s; a log read in other units is not believed to be longer."""
+AGAINST_PRIOR = 3.0
+"""Standard deviations from its prior from which on a parameter is named."""
 BETWEEN_ROWS = 2.0
 """s between the furnace temperatures that a log with longer rows is filled with."""
 FITTING_MESH = {"in_plane": [12, 16], "symmetry": "quarter"}
 
 
-@dataclass(frozen=True)
-class FittedParameter:
-    """One parameter: what it was, what it came out as, and its standard error."""
-
-    name: str
-    unit: str
-    before: float
-    value: float
-    standard_error: float
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """95 % interval; of a positive quantity, so symmetric in its logarithm."""
-        spread = np.exp(1.96 * self.standard_error / self.value)
-        return self.value / spread, self.value * spread
-
-    @property
-    def determined(self) -> bool:
-        """Whether the log says anything about it."""
-        return bool(self.standard_error < UNCERTAIN * self.value)
-
-
-@dataclass(frozen=True)
-class Fit:
-    """A fitted scene.
-
-    parameters; correlation (p, p) of their estimates; scene : the given one with them in it
-    rms, rms_before : K, of the residual with the fitted and the given parameters
-    each {name: K} : rms of each thermocouple's residual
-    used : the thermocouples; evaluations : runs of the model; notes : what to know
-    """
-
-    scene: Scene
-    parameters: tuple[FittedParameter, ...]
-    correlation: Array
-    rms: float
-    rms_before: float
-    used: tuple[str, ...]
-    evaluations: int
-    notes: tuple[str, ...]
-    each: dict[str, float] = field(default_factory=dict)
-
-    def predict(
-        self, overrides: dict[str, Any], duration: float = 3600.0, sample_period: float = 60.0
-    ) -> Run:
-        """Burn another door of the same make, e.g. {"leaf.width": 2.0, "leaf.height": 3.0}.
-
-        Its mesh keeps the size of the bricks rather than their number.
-        """
-        larger = changed(self.scene, overrides)
-        if "mesh.in_plane" not in overrides:
-            was, leaf = self.scene.leaf, larger.leaf
-            nx, ny = self.scene.mesh.in_plane
-            counts = [
-                max(4, round(nx * leaf.width / was.width)),
-                max(4, round(ny * leaf.height / was.height)),
-            ]
-            larger = changed(larger, {"mesh.in_plane": counts})
-        return simulate(larger, duration, sample_period)
-
-
 def fit(
     scene: Scene,
-    log: ThermocoupleLog,
+    log: ThermocoupleLog | Sequence[ThermocoupleLog],
     material: str | None = None,
     rim: bool = True,
     density: bool = True,
     mesh: dict[str, Any] | None = None,
     progress: Callable[[int, float], None] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
+    leave: Sequence[str] = (),
+    say: Callable[[str], None] | None = None,
 ) -> Fit:
     """Estimate the insulation's conductivity above 300 °C, its density and the rim's contact.
 
     Parameters
     ----------
     scene : a door with probes that the log's columns are named after
+    log : of one test, or of several of that door
     material : what is fitted; left out, the thickest layer's
     rim, density : whether those are fitted as well
     mesh : the mesh to begin on, coarser than the scene's; the last steps are on the scene's own,
         so that the mesh is not fitted along
     progress : told the number of runs and the residual, K, after each
+    priors : what is known of parameters beforehand, {key: (value, standard deviation)}; keys are density,
+        rim_contact and conductivity_600 for that at 600 °C
+    leave : thermocouples that are not used
+    say : told, before the fit, what the log can't tell
 
     Raises
     ------
     SceneError
-        Where no column is a probe, nothing was measured, the log's units are others than s and °C, or there
-        is nothing to fit.
+        Where no column is a probe, nothing was measured, the log's units are others than s and °C, a prior
+        is of no parameter, or there is nothing to fit.
     """
-    _measured(log)
+    problem = _problem(scene, log, material, rim, density, mesh, progress, priors or {}, leave)
+    foreseen = problem.foresee()
+    if say is not None:
+        for note in foreseen.notes:
+            say(note)
+    return problem.solve(foreseen)
+
+
+def foresee_fit(
+    scene: Scene,
+    log: ThermocoupleLog | Sequence[ThermocoupleLog],
+    material: str | None = None,
+    rim: bool = True,
+    density: bool = True,
+    mesh: dict[str, Any] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
+    leave: Sequence[str] = (),
+) -> tuple[tuple[str, ...], Foreseen]:
+    """The parameters' names and what the log can tell of them, without a fit; arguments as fit()'s."""
+    problem = _problem(scene, log, material, rim, density, mesh, None, priors or {}, leave)
+    return tuple(name for _, name, _ in problem.labels), problem.foresee()
+
+
+@dataclass
+class _Problem:
+    """A fit before it is solved.
+
+    labels : key, name and unit of each parameter; start (p,) : the scene's values
+    lower, upper (p,) : logarithms of the least and the most they may be
+    quick, residual : model less logs on the mesh to begin on, and on the scene's own
+    """
+
+    scene: Scene
+    logs: list[ThermocoupleLog]
+    labels: list[tuple[str, str, str]]
+    start: Array
+    lower: Array
+    upper: Array
+    priors: Mapping[str, tuple[float, float]]
+    overrides: Callable[[Array], dict[str, Any]]
+    quick: JointResidual
+    residual: JointResidual
+
+    @property
+    def names(self) -> list[str]:
+        return [name for _, name, _ in self.labels]
+
+    def _prior_rows(self, logarithms: Array) -> Array:
+        """How many standard deviations each parameter with a prior is off it."""
+        off = []
+        for (key, _, _), x in zip(self.labels, logarithms, strict=True):
+            if key in self.priors:
+                value, deviation = self.priors[key]
+                off.append((np.exp(x) - value) / deviation)
+        return np.array(off)
+
+    def _prior_information(self, values: Array) -> Array:
+        """Of the priors on the logarithms, (p,)."""
+        found = np.zeros(len(values))
+        for k, (key, _, _) in enumerate(self.labels):
+            if key in self.priors:
+                found[k] = (values[k] / self.priors[key][1]) ** 2
+        return found
+
+    def foresee(self) -> Foreseen:
+        """What the logs can tell."""
+        start = np.log(self.start)
+        information = self._prior_information(self.start)
+        return foresee(self.quick, np.minimum(start, self.upper), self.upper, self.names, information)
+
+    def solve(self, foreseen: Foreseen) -> Fit:
+        """The fit."""
+        p0 = np.log(self.start)
+        before = self.residual(p0)
+        settings: dict[str, Any] = {
+            "bounds": (self.lower, self.upper + 1e-9),
+            "diff_step": 1e-3,
+            "xtol": 1e-4,
+            "ftol": 1e-5,
+        }
+        count = len(before)
+        noise = 1.0
+
+        def with_priors(of: JointResidual) -> Callable[[Array], Array]:
+            # A prior's rows weigh as much as readings whose error is what the residual says it is.
+            return lambda x: np.concatenate([of(x), noise * self._prior_rows(x)])
+
+        first = least_squares(with_priors(self.quick), np.minimum(p0, self.upper - 1e-3), **settings)
+        rows = self.residual.rows
+        if self.priors:
+            noise = float(np.sqrt(_widened(first.fun[:count], len(p0), rows)))
+        solved = least_squares(with_priors(self.residual), first.x, **settings)
+        values = np.exp(solved.x)
+        information = self._prior_information(values)
+        covariance = _covariance(solved.jac[:count], solved.fun[:count], rows, information)
+        scale = np.sqrt(np.diag(covariance))
+        parameters = tuple(
+            FittedParameter(name, unit, float(s), float(v), float(v * e), key, self.priors.get(key))
+            for (key, name, unit), s, v, e in zip(self.labels, self.start, values, scale, strict=True)
+        )
+        residual = solved.fun[:count]
+        residuals = tuple(self.residual.each(residual))
+        told = np.sqrt(np.diag(_covariance(solved.jac[:count], residual, rows, 0.0 * information)))
+        return Fit(
+            scene=changed(self.scene, self.overrides(values)),
+            parameters=parameters,
+            correlation=covariance / np.outer(scale, scale),
+            rms=float(np.sqrt(np.mean(residual**2))),
+            rms_before=float(np.sqrt(np.mean(before**2))),
+            used=self.residual.used,
+            evaluations=self.quick.runs + self.residual.runs,
+            notes=(
+                *foreseen.notes,
+                *self._notes(parameters, values, told),
+                *_odd(residuals),
+                *self._of_logs(),
+            ),
+            each={r.name: r.rms for r in residuals},
+            residuals=residuals,
+            foreseen=foreseen,
+        )
+
+    def _notes(self, parameters: tuple[FittedParameter, ...], values: Array, told: Array) -> list[str]:
+        notes = [
+            f"{p.name} is not determined by this log ({p.standard_error / p.value:.0%} standard"
+            " error): the wool was hardly that hot, or another parameter does the same"
+            for p in parameters
+            if not p.determined
+        ]
+        ends = zip(parameters, np.exp(self.lower), np.exp(self.upper), told, strict=True)
+        for p, low, high, alone in ends:
+            if not 1.001 * low < p.value < 0.999 * high and p.key != "rim_contact":
+                notes.append(
+                    f"{p.name} ran to the end of what it may be, {p.value:.3g} {p.unit}: not an estimate"
+                )
+            if p.prior is None:
+                continue
+            value, deviation = p.prior
+            if abs(p.value - value) > AGAINST_PRIOR * deviation:
+                notes.append(
+                    f"{p.name} came out {abs(p.value - value) / deviation:.1f} standard deviations from its"
+                    f" prior, {value:g} {p.unit}: the two do not agree"
+                )
+            if alone > 2.0 * deviation / value:
+                notes.append(f"{p.name} is known by its prior; the log says hardly more of it")
+        if any(p.key == "rim_contact" and p.value > 0.999 for p in parameters):
+            notes.append("rim contact is at its end, 1: a full channel")
+        return notes
+
+    def _of_logs(self) -> list[str]:
+        return [
+            note if len(self.logs) == 1 else f"{log.source}: {note}"
+            for log in self.logs
+            for note in log.notes
+        ]
+
+
+def _odd(residuals: tuple[Residuals, ...]) -> list[str]:
+    """Thermocouples that are further off than the others, and readings off their neighbours."""
+    usual = float(np.median([r.rms for r in residuals]))
+    notes = [
+        f"{r.name} is {r.rms:.1f} K off, the others {usual:.1f} K: look at how it sits, or leave it out"
+        for r in residuals
+        if len(residuals) > 2 and r.rms > OUTLIER * max(usual, 0.5)
+    ]
+    for r in residuals:
+        if r.spikes:
+            shown = ", ".join(f"{t:g}" for t in r.spikes[:3]) + (", ..." if len(r.spikes) > 3 else "")
+            notes.append(f"{r.name} jumps away from its neighbours in time at {shown} s ({len(r.spikes)})")
+    return notes
+
+
+def _problem(
+    scene: Scene,
+    log: ThermocoupleLog | Sequence[ThermocoupleLog],
+    material: str | None,
+    rim: bool,
+    density: bool,
+    mesh: dict[str, Any] | None,
+    progress: Callable[[int, float], None] | None,
+    priors: Mapping[str, tuple[float, float]],
+    leave: Sequence[str],
+) -> _Problem:
+    given = [log] if isinstance(log, ThermocoupleLog) else list(log)
+    if not given:
+        raise SceneError("log: there is none; give one or more")
+    columns = {name for one in given for name in one.readings}
+    for name in leave:
+        if name not in columns:
+            raise SceneError(f"log: has no column {name} to leave out; it has {', '.join(sorted(columns))}")
+    logs = [replace(one, readings={n: v for n, v in one.readings.items() if n not in leave}) for one in given]
+    for one in logs:
+        _measured(one)
     name = material or max(scene.leaf.layers, key=lambda layer: layer.thickness).material
     part = scene.materials.get(name)
     if part is None or part.conductivity is None or part.density is None:
         raise SceneError(f"{scene.source}: materials.{name}: is not in the scene; give its table")
     temperature, value, free = _conductivity(scene, name)
-    labels = [(f"{name} conductivity at {temperature[i]:g} °C", "W/(m K)") for i in free]
+    labels = [
+        (f"conductivity_{temperature[i]:g}", f"{name} conductivity at {temperature[i]:g} °C", "W/(m K)")
+        for i in free
+    ]
     start = [value[i] for i in free]
     if density:
-        labels.append((f"{name} density", "kg/m3"))
+        labels.append(("density", f"{name} density", "kg/m3"))
         start.append(part.density)
     with_rim = rim and scene.leaf.rim is not None and scene.solver.dimension != "column"
     if with_rim:
         assert scene.leaf.rim is not None
-        labels.append(("rim contact", "-"))
+        labels.append(("rim_contact", "rim contact", "-"))
         start.append(min(max(scene.leaf.rim.contact, 1e-2), 1.0))
-
-    base = scene
-    if log.furnace is not None:
-        furnace_time, furnace = _furnace(scene, log.time, log.furnace)
-        base = changed(
-            base,
-            {
-                "furnace": {
-                    "curve": "measured",
-                    "time": furnace_time,
-                    "temperature": furnace,
-                    "longest_gap": scene.furnace.longest_gap,
-                }
-            },
-        )
+    if not labels:
+        raise SceneError(f"{scene.source}: nothing is free to be fitted; fit the density or the rim as well")
 
     def overrides(values: Array) -> dict[str, Any]:
         conductivity = list(value)
@@ -182,65 +310,57 @@ def fit(
             made["leaf.rim.contact"] = float(min(values[-1], 1.0))
         return made
 
-    coarse = changed(base, {f"mesh.{k}": v for k, v in (mesh or FITTING_MESH).items()})
-    residual = _Residual(base, log, overrides, progress)
-    quick = _Residual(coarse, log, overrides, progress)
+    bases = [_in_its_furnace(scene, one) for one in logs]
+    coarse = [changed(base, {f"mesh.{k}": v for k, v in (mesh or FITTING_MESH).items()}) for base in bases]
     p0 = np.log(np.array(start))
-    rim_only = np.array([label == "rim contact" for label, _ in labels])
-    upper = np.exp(np.where(rim_only, 0.0, p0 + np.log(WIDEST)))
+    keys = [key for key, _, _ in labels]
     lower = p0 - np.log(WIDEST)
-    density_row = [label == f"{name} density" for label, _ in labels]
-    lower[density_row] = np.maximum(lower[density_row], np.log(LEAST_DENSITY))
-    _units_fit(quick, log, p0)
-    before = residual(p0)
-    settings: dict[str, Any] = {
-        "bounds": (lower, np.log(upper) + 1e-9),
-        "diff_step": 1e-3,
-        "xtol": 1e-4,
-        "ftol": 1e-5,
-    }
-    solved = least_squares(quick, np.minimum(p0, np.log(upper) - 1e-3), **settings)
-    solved = least_squares(residual, solved.x, **settings)
-    values = np.exp(solved.x)
-    covariance = _covariance(solved.jac, solved.fun, residual.rows)
-    error = values * np.sqrt(np.diag(covariance))
-    scale = np.sqrt(np.diag(covariance))
-    parameters = tuple(
-        FittedParameter(label, unit, float(s), float(v), float(e))
-        for (label, unit), s, v, e in zip(labels, start, values, error, strict=True)
+    upper = np.where([key == "rim_contact" for key in keys], 0.0, p0 + np.log(WIDEST))
+    dense = [key == "density" for key in keys]
+    lower[dense] = np.maximum(lower[dense], np.log(LEAST_DENSITY))
+    _priors_fit(priors, labels, np.exp(lower), np.exp(upper))
+    problem = _Problem(
+        scene=scene,
+        logs=logs,
+        labels=labels,
+        start=np.array(start),
+        lower=lower,
+        upper=upper,
+        priors=priors,
+        overrides=overrides,
+        quick=JointResidual(coarse, logs, overrides, progress),
+        residual=JointResidual(bases, logs, overrides, progress),
     )
-    notes = [
-        f"{p.name} is not determined by this log ({p.standard_error / p.value:.0%} standard"
-        " error): the wool was hardly that hot, or another parameter does the same"
-        for p in parameters
-        if not p.determined
-    ]
-    for p, low, high in zip(parameters, np.exp(lower), upper, strict=True):
-        if not 1.001 * low < p.value < 0.999 * high and p.name != "rim contact":
-            notes.append(
-                f"{p.name} ran to the end of what it may be, {p.value:.3g} {p.unit}: not an estimate"
+    for one, quick in zip(logs, problem.quick.each_log, strict=True):
+        _units_fit(quick, one, p0)
+    return problem
+
+
+def _in_its_furnace(scene: Scene, log: ThermocoupleLog) -> Scene:
+    """The scene with the furnace that a log measured, if it did."""
+    if log.furnace is None:
+        return scene
+    time, temperature = _furnace(scene, log.time, log.furnace)
+    gap = scene.furnace.longest_gap
+    made = {"curve": "measured", "time": time, "temperature": temperature, "longest_gap": gap}
+    return changed(scene, {"furnace": made})
+
+
+def _priors_fit(
+    priors: Mapping[str, tuple[float, float]], labels: list[tuple[str, str, str]], low: Array, high: Array
+) -> None:
+    """Refuse priors of nothing that is fitted, or that can't be."""
+    known = {key: (name, unit, a, b) for (key, name, unit), a, b in zip(labels, low, high, strict=True)}
+    for key, (value, deviation) in priors.items():
+        if key not in known:
+            raise SceneError(f"prior: {key} is not fitted; give one of {', '.join(known)}")
+        name, unit, a, b = known[key]
+        if not (np.isfinite(value) and a <= value <= b):
+            raise SceneError(f"prior: {key} is {value:g}; give {name} from {a:.3g} to {b:.3g} {unit}")
+        if not (np.isfinite(deviation) and deviation > 0.0):
+            raise SceneError(
+                f"prior: {key} has a standard deviation of {deviation:g}; give more than 0 {unit}"
             )
-    each = residual.each(solved.fun)
-    usual = float(np.median(list(each.values())))
-    notes += [
-        f"{tc} is {rms:.1f} K off, the others {usual:.1f} K: look at how it sits"
-        for tc, rms in each.items()
-        if len(each) > 2 and rms > OUTLIER * max(usual, 0.5)
-    ]
-    notes += log.notes
-    if with_rim and values[-1] > 0.999:
-        notes.append("rim contact is at its end, 1: a full channel")
-    return Fit(
-        scene=changed(scene, overrides(values)),
-        parameters=parameters,
-        correlation=covariance / np.outer(scale, scale),
-        rms=float(np.sqrt(np.mean(solved.fun**2))),
-        rms_before=float(np.sqrt(np.mean(before**2))),
-        used=residual.used,
-        evaluations=quick.runs + residual.runs,
-        notes=tuple(notes),
-        each=each,
-    )
 
 
 LEAST_DENSITY = 1.0
@@ -250,16 +370,16 @@ LEAST_DENSITY = 1.0
 def _measured(log: ThermocoupleLog) -> None:
     """Refuse a log in which nothing was measured."""
     if len(log.time) < 2:
-        raise SceneError(f"log: has {len(log.time)} rows; give two or more")
+        raise SceneError(f"{log.source}: has {len(log.time)} rows; give two or more")
     empty = [name for name, values in log.readings.items() if not np.isfinite(values).any()]
     if len(empty) == len(log.readings):
         raise SceneError(
-            f"log: {', '.join(empty) or 'no column'} holds no finite reading: nothing was measured; give"
-            " degrees Celsius"
+            f"{log.source}: {', '.join(empty) or 'no column'} holds no finite reading: nothing was measured;"
+            " give degrees Celsius"
         )
 
 
-def _units_fit(residual: _Residual, log: ThermocoupleLog, p0: Array) -> None:
+def _units_fit(residual: LogResidual, log: ThermocoupleLog, p0: Array) -> None:
     """Refuse a log that the scene explains in other units only."""
     plain = residual.as_if(p0, 1.0, 0.0, 1.0)
     readings = {
@@ -277,7 +397,7 @@ def _units_fit(residual: _Residual, log: ThermocoupleLog, p0: Array) -> None:
     best = min(off, key=lambda name: off[name])
     if plain > 15.0 and off[best] < 0.4 * plain:
         raise SceneError(
-            f"log: the scene explains it within {off[best]:.0f} K if it is read as {best}, and is"
+            f"{log.source}: the scene explains it within {off[best]:.0f} K if it is read as {best}, and is"
             f" {plain:.0f} K off as °C and s; give °C and s, or the unit in the column's name (time_min)"
         )
 
@@ -319,79 +439,9 @@ def _conductivity(scene: Scene, name: str) -> tuple[list[float], list[float], li
     return temperature, value, [i for i, t in enumerate(temperature) if t > KNOWN_BELOW]
 
 
-class _Residual:
-    """Model less log, K, over all thermocouples and times; infinite never."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        log: ThermocoupleLog,
-        overrides: Callable[[Array], dict[str, Any]],
-        progress: Callable[[int, float], None] | None,
-    ) -> None:
-        self._scene, self._log, self._overrides = scene, log, overrides
-        self._progress = progress
-        self.runs = 0
-        names = probes_of(door_model(scene)).name
-        self.used = tuple(name for name in log.readings if name in names)
-        if not self.used:
-            raise SceneError(
-                f"log: has columns {', '.join(log.readings)}, none of them a probe; give columns"
-                f" named as the scene's probes, {', '.join(names[:6])}, ..."
-            )
-        self._columns = np.array([names.index(name) for name in self.used])
-        self._measured = np.array([log.readings[name] for name in self.used])
-        self._good = np.isfinite(self._measured) & (log.time >= 0.0)
-        self.rows = [int(row.sum()) for row in self._good]
-
-    def each(self, residual: Array) -> dict[str, float]:
-        """Rms of each thermocouple's residual, K."""
-        found, start = {}, 0
-        for name, count in zip(self.used, self.rows, strict=True):
-            if count:
-                found[name] = float(np.sqrt(np.mean(residual[start : start + count] ** 2)))
-            start += count
-        return found
-
-    def as_if(self, logarithms: Array, times: float, shift: float, factor: float) -> float:
-        """Rms of the residual, K, if the log's times and readings were these many s and °C."""
-        heat = Heat(door_model(changed(self._scene, self._overrides(np.exp(logarithms)))))
-        probes = probes_of(heat.model)
-        found = []
-        for time in self._log.time:
-            if time > 0.0 and not heat.advance(float(times * time)).ok:
-                break
-            found.append(probes.read(heat.temperature)[self._columns])
-        measured = factor * (self._measured[:, : len(found)] + shift)
-        good = self._good[:, : len(found)]
-        if not good.any():
-            return np.inf
-        return float(np.sqrt(np.mean((np.array(found).T - measured)[good] ** 2)))
-
-    def __call__(self, logarithms: Array) -> Array:
-        scene = changed(self._scene, self._overrides(np.exp(logarithms)))
-        model = door_model(scene)
-        probes = probes_of(model)
-        heat = Heat(model)
-        found = np.full(self._measured.shape, model.initial)
-        for k, time in enumerate(self._log.time):
-            if time > 0.0:
-                heat.advance(float(time))
-            found[:, k] = probes.read(heat.temperature)[self._columns]
-        self.runs += 1
-        difference = found - self._measured
-        out = np.concatenate([d[g] for d, g in zip(difference, self._good, strict=True)])
-        if self._progress is not None:
-            self._progress(self.runs, float(np.sqrt(np.mean(out**2))))
-        return out
-
-
-def _covariance(jacobian: Array, residual: Array, rows: list[int]) -> Array:
-    """Covariance (p, p) of the parameters' logarithms, widened for correlated readings.
-
-    What the log says nothing of keeps the spread of IGNORANCE instead of an infinite one.
-    """
-    freedom = max(len(residual) - jacobian.shape[1], 1)
+def _widened(residual: Array, parameters: int, rows: list[int]) -> float:
+    """Variance of a reading, K2, as if readings were independent: widened where neighbours err alike."""
+    freedom = max(len(residual) - parameters, 1)
     variance = float(residual @ residual) / freedom
     products, squares, start = 0.0, 1e-30, 0
     for count in rows:
@@ -400,6 +450,14 @@ def _covariance(jacobian: Array, residual: Array, rows: list[int]) -> Array:
         squares += float(r @ r)
         start += count
     correlation = min(max(products / squares, 0.0), 0.99)
-    widened = max(variance * (1.0 + correlation) / (1.0 - correlation), 1e-12)
-    information = jacobian.T @ jacobian / widened
-    return np.asarray(np.linalg.inv(information + np.eye(len(information)) / IGNORANCE**2))
+    return max(variance * (1.0 + correlation) / (1.0 - correlation), 1e-12)
+
+
+def _covariance(jacobian: Array, residual: Array, rows: list[int], prior: Array) -> Array:
+    """Covariance (p, p) of the parameters' logarithms, widened for correlated readings.
+
+    prior (p,) : information that priors add. What nothing is known of keeps the spread of IGNORANCE instead
+    of an infinite one.
+    """
+    information = jacobian.T @ jacobian / _widened(residual, jacobian.shape[1], rows)
+    return np.asarray(np.linalg.inv(information + np.diag(prior + 1.0 / IGNORANCE**2)))

@@ -69,6 +69,28 @@ def facts(run: Run) -> list[tuple[str, str]]:
     if run.bow is not None and run.gap is not None:
         found.append(("bow at the end", f"{1e3 * run.bow[-1]:.1f} mm towards the fire"))
         found.append(("largest gap at an edge", f"{1e3 * run.gap.max():.1f} mm"))
+    return found + structure(run)
+
+
+def structure(run: Run) -> list[tuple[str, str]]:
+    """What the supports bear and how near the leaf is to its yield strength: names and values."""
+    if not run.shapes:
+        return []
+    last = max(run.shapes)
+    found = []
+    for r in run.shapes[last].reactions:
+        touching = "" if r.points is None else f", at {r.points} points of the mesh"
+        found.append((f"{r.name} bears, at {last / 60.0:.0f} min", f"{r.force / 1e3:.2f} kN{touching}"))
+    part = run.model.scene.deformation
+    if part.opens is None:
+        found.append(("frame's stop", "none: the scene does not say which way the leaf opens"))
+    used, time = run.utilisation, run.utilisation_time
+    if used is None or time is None:
+        found.append(("use of the yield strength", "not computed: no material of the leaf has one"))
+        return found
+    elastic = part.yielding == "none" and used.share > 1.0
+    word = "; it would yield, and the shape is that of a leaf that does not" if elastic else ""
+    found.append(("largest use of the yield strength", f"at {time / 60.0:.0f} min {used}{word}"))
     return found
 
 

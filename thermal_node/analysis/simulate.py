@@ -10,13 +10,14 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..burning.march import Heat, HeatBalance, Saved
-from ..burning.status import Status
+from ..burning.status import State, Status
 from ..burning.steady import steady_state
 from ..criteria.criteria import Criteria
 from ..criteria.criterion import Criterion
 from ..criteria.tolerance import FurnaceTolerance
-from ..deformation.deflection import Deflection
+from ..deformation.deflection import Deflection, Utilisation
 from ..furnace.furnace import Measured
+from ..furnace.tabled import Table
 from ..heat.conduction import Array
 from ..model.door_model import DoorModel, door_model
 from ..model.probes import Radiometer, probes_of, unexposed_maximum, unexposed_mean
@@ -46,6 +47,7 @@ class Run:
     criteria, verdict : how the door stands, in numbers and in words
     balance : heat stored, in and out; steps : time steps taken
     furnace_tolerance : how well the furnace kept to the curve of the foremost standard
+    shapes {s: Deflection} : every shape that was solved, with what its supports bear
     """
 
     model: DoorModel
@@ -64,6 +66,19 @@ class Run:
     gap: Array | None = None
     furnace_tolerance: FurnaceTolerance | None = None
     work: dict[str, int] = field(default_factory=dict)
+    shapes: dict[float, Deflection] = field(default_factory=dict)
+
+    @property
+    def utilisation_time(self) -> float | None:
+        """s at which the leaf used most of its yield strength."""
+        used = {t: s.utilisation.share for t, s in self.shapes.items() if s.utilisation is not None}
+        return max(used, key=lambda t: used[t]) if used else None
+
+    @property
+    def utilisation(self) -> Utilisation | None:
+        """Where the leaf used most of its yield strength."""
+        time = self.utilisation_time
+        return None if time is None else self.shapes[time].utilisation
 
 
 def simulate(
@@ -110,7 +125,10 @@ def simulate(
         if progress is not None:
             progress(float(time))
     kept = len(samples)
-    shape = _deflections(model, times[:kept], samples, saved, criteria)
+    shape, unsettled = _deflections(model, times[:kept], samples, saved, criteria)
+    if unsettled:
+        kept = len(shape.bow) if shape is not None else 0
+        samples = samples[:kept]
     temperature = np.array([s[0] for s in samples]).reshape(kept, len(heat.temperature))
     read = np.array([s[1] for s in samples]).reshape(kept, len(probes.name))
     named = {name: read[:, i] for i, name in enumerate(probes.name)}
@@ -123,14 +141,15 @@ def simulate(
         temperature=temperature,
         furnace=np.array([s[2] for s in samples]),
         probes=named,
-        status=heat.status,
+        status=Status(State.NOT_CONVERGED, unsettled) if unsettled else heat.status,
         criteria=criteria.each,
         verdict="",
         balance=heat.balance,
         steps=heat.steps,
-        deflection=None if shape is None else shape[0],
-        bow=None if shape is None else shape[1],
-        gap=None if shape is None else shape[2],
+        deflection=None if shape is None else shape.displacement,
+        bow=None if shape is None else shape.bow,
+        gap=None if shape is None else shape.gap,
+        shapes={} if shape is None else shape.solved,
         furnace_tolerance=criteria.judgements[0].tolerance,
         work={
             "steps": heat.steps,
@@ -142,6 +161,8 @@ def simulate(
     run.verdict = criteria.verdict("" if run.status.ok else run.status.reason)
     if steady:
         run.verdict = steady_words(criteria, run)
+    if unsettled:
+        run.verdict = f"no class: {unsettled}"
     return run
 
 
@@ -178,7 +199,17 @@ def _possible(duration: float, sample_period: float) -> None:
 
 
 def _log_lasts(model: DoorModel, duration: float) -> None:
-    """Refuse a test that is longer than the measured furnace's log and what may be bridged."""
+    """Refuse a test that outlasts a table, or the furnace's log and what may be bridged of it."""
+    faces = ("exposed", "unexposed", "lateral")
+    tables: dict[str, object] = {"furnace": model.furnace}
+    tables["furnace: radiation"] = model.radiation.table if model.radiation is not None else None
+    tables.update({f"{face}: flux": flux for face, flux in zip(faces, model.flux, strict=True)})
+    for where, one in tables.items():
+        if isinstance(one, Table) and duration > one.end * (1.0 + 1e-9):
+            raise SceneError(
+                f"{model.scene.source}: {where}: its table ends at {one.end:g} s, the test lasts"
+                f" {duration:g} s; give values to {duration:g} s, or a shorter test"
+            )
     furnace, gap = model.furnace, model.scene.furnace.longest_gap
     if isinstance(furnace, Measured) and duration > furnace.time[-1] + gap:
         raise SceneError(
@@ -187,24 +218,44 @@ def _log_lasts(model: DoorModel, duration: float) -> None:
         )
 
 
+@dataclass(frozen=True)
+class _Shapes:
+    """displacement (K, N, 3), bow (K,), gap (K,), m, at the samples; the shapes that were solved, by s."""
+
+    displacement: Array
+    bow: Array
+    gap: Array
+    solved: dict[float, Deflection]
+
+
 def _deflections(
     model: DoorModel,
     times: Array,
     samples: list[tuple[Array, Array, float]],
     saved: dict[float, Saved],
     criteria: Criteria,
-) -> tuple[Array, Array, Array] | None:
-    """Displacement (K, N, 3), bow (K,) and gap (K,), m, where the scene asks for them."""
+) -> tuple[_Shapes | None, str]:
+    """Shapes at the samples, where the scene asks for them; and why they end before, if they do."""
     part = model.scene.deformation
     if part.model == "none" or not samples:
-        return None
+        return None, ""
     from ..deformation.leaf import Deformation
+    from ..deformation.unilateral import Unsettled
 
     deformation = Deformation(model)
     last = len(times) - 1
-    solved = [k for k, time in enumerate(times) if k == last or float(time) in saved]
-    shapes = {float(times[k]): deformation.solve(samples[k][0]) for k in solved}
-    if saved:
+    shapes: dict[float, Deflection] = {}
+    unsettled = ""
+    for k in (k for k, time in enumerate(times) if k == last or float(time) in saved):
+        try:
+            shapes[float(times[k])] = deformation.solve(samples[k][0], _earlier(shapes, float(times[k])))
+        except Unsettled as problem:
+            unsettled = f"no shape at {times[k]:g} s: {problem}"
+            break
+    if not shapes:
+        return None, unsettled
+    times = times[times <= max(shapes)]
+    if saved and not unsettled:
         shapes = _openings(model, deformation, saved, shapes, criteria)
     at = np.array(sorted(shapes))
     each = [shapes[t] for t in at]
@@ -219,7 +270,13 @@ def _deflections(
         span = at[j] - at[i]
         share = (time - at[i]) / span if span > 0.0 else 0.0
         displacement[k] = (1.0 - share) * each[i].displacement + share * each[j].displacement
-    return displacement, bow, gap
+    return _Shapes(displacement, bow, gap, dict(zip(at.tolist(), each, strict=True))), unsettled
+
+
+def _earlier(shapes: dict[float, Deflection], time: float) -> Deflection | None:
+    """The last shape before a time, s, from which a leaf that yields goes on."""
+    before = [t for t in shapes if t < time]
+    return shapes[max(before)] if before else None
 
 
 def _openings(
@@ -241,7 +298,7 @@ def _openings(
             heat.restore(states[max(t for t in states if t < time)])
             heat.advance(time)
             states[time] = heat.save()
-            found[time] = deformation.solve(heat.temperature)
+            found[time] = deformation.solve(heat.temperature, _earlier(found, time))
         return criteria.excess(time, found[time])
 
     for k in range(len(criteria.excess(min(shapes), shapes[min(shapes)]))):

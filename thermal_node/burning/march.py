@@ -20,7 +20,7 @@ from ..heat.conduction import Array, evaluate, field_of
 from ..heat.linear import conjugate_gradients, factor_lines, krylov
 from ..heat.method import METHODS, SDIRK2, Method
 from ..heat.newton import newton_work
-from ..heat.stage import CONVERGED, NOT_FINITE, solve_stage
+from ..heat.stage import CONVERGED, NOT_FINITE, ROUNDING, solve_stage
 from ..model.door_model import DoorModel
 from .status import State, Status
 
@@ -28,6 +28,8 @@ MOST_ITERATIONS = 60
 SHORTEST_STEP = 1e-7
 LONGEST_STEP = 600.0
 GROWTH = 3.0
+SEEN = 1e7 * ROUNDING
+"""Share of the stored heat below which a step's balance says nothing: 4 microkelvin of a leaf at 500 °C."""
 
 
 @dataclass
@@ -76,6 +78,7 @@ class Heat:
     rate (N,) : K/s, over the last step
     bend (N,) : K/s2, second divided difference over the last two; what comes is foreseen by both
     furnace : t -> °C; may be exchanged while running
+    frozen : time, s, at which radiation and fluxes are looked up whatever the march's; None: its own
     status : why the march has stopped, if it has; balance : heat stored, in and out
     steps, rejected : steps taken, and thrown away for their error
     count (2,) : evaluations of the field, and linear iterations
@@ -90,6 +93,7 @@ class Heat:
         _count, nz, ny, nx = model.grid.volume.shape
         n = nz * ny * nx
         self._nx, self._plane = nx, nx * ny
+        self.frozen: float | None = None
         self.temperature = np.full(n, model.initial)
         self.rate = np.zeros(n)
         self.bend = np.zeros(n)
@@ -102,7 +106,8 @@ class Heat:
         self._base = np.zeros(n)
         self._heat = np.zeros(n)
         self._flows = np.zeros((3, n))
-        self._inflows = np.zeros((3, 3))
+        self._inflows = np.zeros((3, 6))
+        self._cancelling = model.radiation is not None or any(flux is not None for flux in model.flux)
         self._ends = _table_ends(model)
         self.reset()
 
@@ -150,14 +155,22 @@ class Heat:
         self._last, self._step, self._started = saved.last, saved.step, saved.started
         self.balance = HeatBalance(**vars(saved.balance))
 
-    def gas(self, time: float) -> Array:
-        """Gas temperature (3,) at the exposed, unexposed and lateral surfaces, °C."""
-        furnace = self.furnace(time)
-        return np.array([furnace if hot else self.model.ambient for hot in self.model.gas])
+    def surroundings(self, time: float) -> Array:
+        """Gas and radiation temperature, °C, and flux, W/m2: (3, 3), a column for each surface."""
+        model, at = self.model, time if self.frozen is None else self.frozen
+        gas = self.furnace(time)
+        hot = gas if model.radiation is None else model.radiation(at)
+        return np.array(
+            [
+                [gas if is_hot else model.ambient for is_hot in model.gas],
+                [hot if is_hot else model.ambient for is_hot in model.gas],
+                [0.0 if flux is None else flux(at) for flux in model.flux],
+            ]
+        )
 
     def heat_flow(self) -> Array:
         """Heat inflow (3,) through exposed, unexposed and lateral surface now, W."""
-        return self._inflows[0] * self.model.mesh.parts
+        return self._inflows[0, :3] * self.model.mesh.parts
 
     def advance(self, to_time: float, each_step: Callable[[], None] | None = None) -> Status:
         """March to `to_time`, s, exactly, or to where the march has to stop.
@@ -210,7 +223,7 @@ class Heat:
     def _evaluate(self) -> None:
         evaluate(
             self.temperature,
-            self.gas(self.time),
+            self.surroundings(self.time),
             self.model.tables,
             self.model.grid,
             self.model.surface,
@@ -218,7 +231,7 @@ class Heat:
         )
         self._heat[:] = self._field.heat
         self._flows[0] = self._field.flow
-        self._inflows[0] = self._field.surface_flow[:3]
+        self._inflows[0] = self._field.surface_flow
 
     def attempt(self, step: float) -> tuple[int, float]:
         """Solve a step's stages into the trial state: how that came out, and its error, K."""
@@ -235,7 +248,7 @@ class Heat:
                 trial,
                 self._base,
                 method.diagonal * step,
-                self.gas(self.time + place * step),
+                self.surroundings(self.time + place * step),
                 self.model.tables,
                 self.model.grid,
                 self.model.surface,
@@ -249,7 +262,7 @@ class Heat:
             if outcome != CONVERGED:
                 return outcome, np.inf
             self._flows[i + 1] = self._field.flow
-            self._inflows[i + 1] = self._field.surface_flow[:3]
+            self._inflows[i + 1] = self._field.surface_flow
             before = place
         self._weights = np.array(method.weight), first
         return CONVERGED, self._error(method, step)
@@ -287,7 +300,7 @@ class Heat:
         """Make the attempted state the present one, and keep account of its heat."""
         weights, first = self._weights
         used = slice(first, first + len(weights))
-        inflow = step * weights @ self._inflows[used] * self.model.mesh.parts
+        inflow = step * weights @ self._inflows[used, :3] * self.model.mesh.parts
         stored = float(np.sum(self._field.heat - self._heat)) * self.model.mesh.parts
         balance = self.balance
         balance.stored += stored
@@ -295,8 +308,11 @@ class Heat:
         balance.unexposed += inflow[1]
         balance.lateral += inflow[2]
         crossed = float(np.abs(inflow).sum())
-        # Below this, rounding of the stored heat is all there is to see.
-        seen = max(crossed, 1e-9 * float(self._field.capacity.sum()) * self.model.mesh.parts)
+        if self._cancelling:
+            crossed = step * float((weights @ self._inflows[used, 3:]).sum()) * self.model.mesh.parts
+        # Of less than this, rounding of the stored heat is a millionth and more: a leaf at rest.
+        size = np.abs(self._field.heat).sum() + self._field.capacity @ np.abs(self._trial)
+        seen = max(crossed, SEEN * float(size) * self.model.mesh.parts)
         balance.last = abs(stored - float(inflow.sum())) / seen
         balance.worst = max(balance.worst, balance.last)
         self.bend[:] = self.rate

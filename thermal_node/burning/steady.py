@@ -22,6 +22,7 @@ def steady_state(model: DoorModel, time: float) -> Heat:
     balance, and a long enough one is the balance. The march's status says if none was found.
     """
     heat = Heat(model, Constant(model.furnace(time)), IMPLICIT_EULER)
+    heat.frozen = time
     step = FIRST_STEP
     before = heat.temperature.copy()
     for _ in range(200):

@@ -40,18 +40,52 @@ def stiffness_and_load(
     strain (n, 8) : free thermal strain at the Gauss points, -
     Unknowns node by node: ux, uy, uz.
     """
+    stiffness, load = _whole(size, modulus, poissons_ratio, strain)
+    inner = stiffness[:, 24:, 24:]
+    eliminate = np.linalg.solve(inner, stiffness[:, 24:, :24])
+    outer = stiffness[:, :24, 24:]
+    condensed = stiffness[:, :24, :24] - outer @ eliminate
+    inner_load = np.linalg.solve(inner, load[:, 24:, None])
+    return condensed, load[:, :24] - (outer @ inner_load)[:, :, 0]
+
+
+def element_stress(size: Array, modulus: Array, poissons_ratio: Array, strain: Array, u: Array) -> Array:
+    """Von Mises stress (n, 8), Pa, at the Gauss points of elements moved by u (n, 24), m."""
+    stiffness, load = _whole(size, modulus, poissons_ratio, strain)
+    rest = load[:, 24:] - np.einsum("nij,nj->ni", stiffness[:, 24:, :24], u)
+    every = np.concatenate([u, np.linalg.solve(stiffness[:, 24:, 24:], rest[:, :, None])[:, :, 0]], axis=1)
+    found = np.empty((len(size), 8))
+    for g in range(8):
+        e = np.einsum("nij,nj->ni", _strain_matrix(_gradient(size, g)), every)
+        shear = modulus[:, g] / (2.0 * (1.0 + poissons_ratio))
+        pull = 2.0 * shear[:, None] * e[:, :3]  # pressure does not matter
+        twist = shear[:, None] * e[:, 3:]
+        a, b, c = pull.T
+        found[:, g] = np.sqrt(
+            0.5 * ((a - b) ** 2 + (b - c) ** 2 + (c - a) ** 2) + 3.0 * (twist**2).sum(axis=1)
+        )
+    return found
+
+
+def _gradient(size: Array, g: int) -> Array:
+    """Gradients (n, 11, 3) of the functions at Gauss point g."""
     _, slope = shape_functions()
+    gradient = np.zeros((len(size), 11, 3))
+    gradient[:, :8] = slope[g] / size[:, None, :]
+    for axis in range(3):
+        # d/dx of 1 - xi^2 with xi = 2 x / size - 1
+        gradient[:, 8 + axis, axis] = -4.0 * (2.0 * GAUSS[g][axis] - 1.0) / size[:, axis]
+    return gradient
+
+
+def _whole(size: Array, modulus: Array, poissons_ratio: Array, strain: Array) -> tuple[Array, Array]:
+    """Stiffness (n, 33, 33) and load (n, 33) with the incompatible modes last."""
     count = len(size)
     volume = size.prod(axis=1) / 8.0
     stiffness = np.zeros((count, 33, 33))
     load = np.zeros((count, 33))
-    for g, point in enumerate(GAUSS):
-        gradient = np.zeros((count, 11, 3))
-        gradient[:, :8] = slope[g] / size[:, None, :]
-        for axis in range(3):
-            # d/dx of 1 - xi^2 with xi = 2 x / size - 1
-            gradient[:, 8 + axis, axis] = -4.0 * (2.0 * point[axis] - 1.0) / size[:, axis]
-        b = _strain_matrix(gradient)
+    for g in range(8):
+        b = _strain_matrix(_gradient(size, g))
         shear = modulus[:, g] / (2.0 * (1.0 + poissons_ratio))
         lame = modulus[:, g] * poissons_ratio
         lame /= (1.0 + poissons_ratio) * (1.0 - 2.0 * poissons_ratio)
@@ -63,12 +97,7 @@ def stiffness_and_load(
         stiffness += volume[:, None, None] * (b.transpose(0, 2, 1) @ db)
         pressure = (3.0 * lame + 2.0 * shear) * strain[:, g] * volume
         load += pressure[:, None] * b[:, :3, :].sum(axis=1)
-    inner = stiffness[:, 24:, 24:]
-    eliminate = np.linalg.solve(inner, stiffness[:, 24:, :24])
-    outer = stiffness[:, :24, 24:]
-    condensed = stiffness[:, :24, :24] - outer @ eliminate
-    inner_load = np.linalg.solve(inner, load[:, 24:, None])
-    return condensed, load[:, :24] - (outer @ inner_load)[:, :, 0]
+    return stiffness, load
 
 
 def _strain_matrix(gradient: Array) -> Array:

@@ -11,6 +11,53 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Reaction:
+    """What one support bears: force on the leaf, N, positive away from the fire.
+
+    points : of a stop, how many nodes of the leaf's edge touch it; None of a hinge or lock
+    """
+
+    name: str
+    force: float
+    points: int | None = None
+
+
+@dataclass(frozen=True)
+class Utilisation:
+    """Where the leaf is nearest to its yield strength, or beyond it.
+
+    share : von Mises stress over yield strength at the temperature there
+    stress, strength : Pa; temperature : °C; position : m; material
+    plastic_strain : the largest anywhere, -; None where yielding was not computed
+    """
+
+    share: float
+    stress: float
+    strength: float
+    temperature: float
+    position: tuple[float, float, float]
+    material: str
+    plastic_strain: float | None = None
+
+    def __str__(self) -> str:
+        x, y, z = self.position
+        where = f"{self.material} at x {x:.3f}, y {y:.3f}, z {z:.4f} m, {self.temperature:.0f} °C"
+        yielded = "" if self.plastic_strain is None else f"; plastic strain up to {self.plastic_strain:.2%}"
+        return (
+            f"{self.share:.2f} of the yield strength ({1e-6 * self.stress:.0f} of"
+            f" {1e-6 * self.strength:.0f} MPa, {where}){yielded}"
+        )
+
+
+@dataclass(frozen=True)
+class YieldState:
+    """What a leaf that yields remembers: temperature, °C, and plastic strains xx, yy, xy at its points."""
+
+    temperature: Array
+    plastic_strain: Array
+
+
+@dataclass(frozen=True)
 class Deflection:
     """A solved shape.
 
@@ -20,6 +67,9 @@ class Deflection:
     edge_gap : m, the largest distance by which each edge has left the frame's plane
     edge_place, edge_moved {edge: (E,)} : m along each edge, and out of the frame's plane there
     latch : the edge opposite to the hinges
+    reactions : of hinges, locks and the stop
+    utilisation : of the yield strength, None where no material of the leaf has one
+    state : where layers yield, what the next shape goes on from
     """
 
     displacement: Array
@@ -28,6 +78,9 @@ class Deflection:
     edge_place: dict[str, Array] = field(default_factory=dict)
     edge_moved: dict[str, Array] = field(default_factory=dict)
     latch: str = "right"
+    reactions: tuple[Reaction, ...] = ()
+    utilisation: Utilisation | None = None
+    state: YieldState | None = None
 
     @property
     def gap(self) -> float:

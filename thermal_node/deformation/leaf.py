@@ -16,12 +16,16 @@ from ..mesh.whole import whole_leaf
 from ..model.door_model import DoorModel, material_of
 from ..model.materials import Material
 from ..model.probes import weights_at
+from ..model.strength import strength_at, yield_strength
 from ..scene.load import SceneError
 from ..scene.schema import Scene
 from ..scene.supports import mechanism, supports, symmetric
-from .deflection import Deflection
+from .deflection import Deflection, Utilisation, YieldState
+from .holding import Holding
 from .shell import ShellLeaf
 from .solid import SolidLeaf
+from .utilisation import equivalent_strain, most_used, von_mises
+from .yielding import plane_stress, yielded
 
 Array = NDArray[np.float64]
 
@@ -35,8 +39,9 @@ class Deformation:
     """The structural model of a scene's leaf, built once.
 
     Hinges hold their points on the unexposed face against moving through the leaf's plane, the
-    middle one in the plane as well; the lock holds its point against moving through the plane.
-    Raises SceneError where a material says nothing of its stiffness.
+    middle one in the plane as well; locks hold their points against moving through the plane, and the
+    frame's stop holds the leaf's edge one way. Raises SceneError where a material says nothing of its
+    stiffness.
     """
 
     def __init__(self, model: DoorModel) -> None:
@@ -49,10 +54,8 @@ class Deformation:
         self.mirrored = "y" in model.mesh.mirror and symmetric(scene.leaf, scene.deformation)
         x, y, z = self._lines(scene)
         material, rim = _bricks(scene, names, x, y, z)
-        held = [
-            ((s.x, s.y, scene.leaf.thickness), s.axes)
-            for s in supports(scene.leaf, scene.deformation, half=self.mirrored)
-        ]
+        self._holding = Holding(scene, self.mirrored)
+        held = self._holding.held()
         whole = np.union1d(y, -y) if self.mirrored else y
         placed = [replace(s, y=_nearest(whole, s.y)) for s in supports(scene.leaf, scene.deformation)]
         free = mechanism(scene.leaf, scene.deformation, placed)
@@ -62,19 +65,21 @@ class Deformation:
             )
         if self.kind == "solid":
             self._solid = SolidLeaf(x, y, z, material, materials, held)
-            if self.mirrored:
-                self._solid.mirror_in_y(0.0)
+            self._grid: SolidLeaf | ShellLeaf = self._solid
             self._field = weights_at(model, self._solid.nodes)
         else:
             self._shell = ShellLeaf(x, y, z, material, materials, rim, held)
-            if self.mirrored:
-                self._shell.mirror_in_y(0.0)
+            self._grid = self._shell
             place = self._shell.gauss_points()
             points = np.empty((*place.shape[:2], len(self._shell.z), 3))
             points[..., :2] = place[:, :, None, :]
             points[..., 2] = self._shell.z
             self._shape = points.shape[:3]
             self._field = weights_at(model, points.reshape(-1, 3))
+        if self.mirrored:
+            self._grid.mirror_in_y(0.0)
+        self._holding.place(self._grid)
+        self._strengths = tuple(yield_strength(name, scene) for name in names)
         self._edges = {
             "left": np.array([[-0.5 * scene.leaf.width, s * half_y] for s in _ALONG]),
             "right": np.array([[0.5 * scene.leaf.width, s * half_y] for s in _ALONG]),
@@ -82,14 +87,37 @@ class Deformation:
             "bottom": np.array([[s * 0.5 * scene.leaf.width, -half_y] for s in _ALONG]),
         }
 
-    def solve(self, temperature: Array) -> Deflection:
-        """The shape at node temperatures (N,), °C."""
+    def solve(self, temperature: Array, before: Deflection | None = None) -> Deflection:
+        """The shape at node temperatures (N,), °C.
+
+        before : the shape from which a leaf that yields goes on; left out, from the cold one
+
+        Raises
+        ------
+        Unsettled
+            Where the supports that hold, or the layers that yield, were not found.
+        """
         index, weight = self._field
         at = np.einsum("pj,pj->p", weight, temperature[index])
+        state = None
         if self.kind == "solid":
-            self._u = self._solid.displacement(at)
+            matrix, load = self._solid.equations(at)
+            solved = self._holding.equilibrium(matrix)
+            u, forces = solved.solve(load)
+            utilisation = self._used_solid(at, u)
         else:
-            self._u = self._shell.displacement(at.reshape(self._shape))
+            at = at.reshape(self._shape)
+            if self.model.scene.deformation.yielding == "layered":
+                earlier = before.state if before is not None else None
+                found = yielded(self._shell, self._holding, self._strengths, self.model.initial, at, earlier)
+                matrix, load, solved, u, forces, state = found
+            else:
+                matrix, load = self._shell.equations(at)
+                solved = self._holding.equilibrium(matrix)
+                u, forces = solved.solve(load)
+            utilisation = self._used_shell(at, u, state)
+        self._u = u.reshape(-1, 3 if self.kind == "solid" else 5)
+        reactions = self._holding.reactions(solved, forces, matrix @ u - load)
         leaf = self.model.scene.leaf
         x, y, t = 0.5 * leaf.width, 0.5 * leaf.height, leaf.thickness
         key = np.array([[-x, -y, t], [x, -y, t], [-x, y, t], [x, y, t], [0.0, 0.0, t]])
@@ -107,7 +135,35 @@ class Deformation:
             },
             edge_moved=moved,
             latch="right" if self.model.scene.deformation.hinge_side == "left" else "left",
+            reactions=reactions,
+            utilisation=utilisation,
+            state=state,
         )
+
+    def _used_solid(self, at: Array, u: Array) -> Utilisation | None:
+        if all(curve is None for curve in self._strengths):
+            return None
+        strong = np.array([curve is not None for curve in self._strengths])[self._solid.material]
+        stress, temperature, place = self._solid.stress(at, u, strong)
+        kind = np.broadcast_to(self._solid.material[strong][:, None], stress.shape)
+        strength = strength_at(self._strengths, kind, temperature)
+        names = self.model.mesh.material_names
+        return most_used(stress, strength, temperature, place, kind, names)
+
+    def _used_shell(self, at: Array, u: Array, state: YieldState | None) -> Utilisation | None:
+        if all(curve is None for curve in self._strengths):
+            return None
+        elastic = self._shell.strain(u) - (0.0 if state is None else state.plastic_strain)
+        stress = von_mises(plane_stress(self._shell, at, elastic))
+        kind = np.broadcast_to(self._shell.kind_at()[:, None, :], at.shape)
+        place = np.empty((*at.shape, 3))
+        place[..., :2] = self._shell.gauss_points()[:, :, None, :]
+        place[..., 2] = self._shell.z
+        strength = strength_at(self._strengths, kind, at)
+        found = most_used(stress, strength, at, place, kind, self.model.mesh.material_names)
+        if found is None or state is None:
+            return found
+        return replace(found, plastic_strain=equivalent_strain(state.plastic_strain))
 
     def displacement_at(self, position: Array) -> Array:
         """Displacement (P, 3), m, of the last solution at positions (P, 3), m."""

@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse import coo_matrix, csc_matrix
 
 from ..model.materials import Material
 from .solid import SOFTEST
@@ -74,9 +73,22 @@ class ShellLeaf:
         at = np.flatnonzero(np.abs(self.nodes[:, 1] - y) < 1e-12)
         self.held = np.concatenate([self.held, 5 * at + 1, 5 * at + 4])
 
-    def displacement(self, temperature_at: Array) -> Array:
-        """Unknowns (n, 5): u0, v0, w at mid-thickness, m, and rotations bx, by.
+    def unknown(self, point: tuple[float, float, float]) -> int:
+        """Number of the movement through the plane of the node nearest to a point, m."""
+        return 5 * int(np.argmin(np.linalg.norm(self.nodes - np.array(point[:2]), axis=1))) + 2
 
+    def rigid_motions(self) -> Array:
+        """Motions (n, 3) of the leaf as a rigid plate: through its plane, and turns w = x and w = y."""
+        motion = np.zeros((len(self.nodes), 5, 3))
+        motion[:, 2, 0] = 1.0
+        motion[:, 2, 1:] = self.nodes
+        motion[:, 3, 1] = motion[:, 4, 2] = -1.0
+        return motion.reshape(-1, 3)
+
+    def equations(self, temperature_at: Array) -> tuple[csc_matrix, Array]:
+        """Stiffness (n, n), N/m, and thermal load (n,), N.
+
+        Unknowns node by node: u0, v0, w at mid-thickness, m, and rotations bx, by.
         temperature_at (elements, 4 Gauss points, z points) : °C at gauss_points() and self.z
         """
         count = len(self.size)
@@ -93,16 +105,37 @@ class ShellLeaf:
         columns = np.tile(self._dof, (1, 20)).ravel()
         matrix = coo_matrix((stiffness.ravel(), (rows, columns)), shape=(n, n)).tocsc()
         total = np.bincount(self._dof.ravel(), weights=load.ravel(), minlength=n)
-        free = np.setdiff1d(np.arange(n), self.held)
-        factor = splu(
-            matrix[free][:, free],
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
+        return matrix, np.asarray(total, dtype=float)
+
+    def load(self, stress: Array) -> Array:
+        """Forces (n,), N, in balance with stresses xx, yy, xy (elements, 4, z points, 3), Pa."""
+        area = self.size.prod(axis=1) / 4.0
+        layered = stress * self._z_weight[:, None]
+        section = np.concatenate(
+            [layered.sum(axis=2), (layered * (self.z - self.middle)[:, None]).sum(axis=2)], axis=2
         )
-        u = np.zeros(n)
-        u[free] = factor.solve(total[free])
-        return u.reshape(-1, 5)
+        load = np.zeros((len(self.size), 20))
+        for g, (gx, gy) in enumerate((a, b) for b in _GAUSS for a in _GAUSS):
+            b, _ = self._strains(gx, gy)
+            load += area[:, None] * np.einsum("nij,ni->nj", b, section[:, g])
+        return np.asarray(
+            np.bincount(self._dof.ravel(), weights=load.ravel(), minlength=5 * len(self.nodes)), dtype=float
+        )
+
+    def strain(self, u: Array) -> Array:
+        """Strains xx, yy, xy (engineering) (elements, 4, z points, 3) of unknowns (n,)."""
+        mine = u[self._dof]
+        z = (self.z - self.middle)[:, None]
+        found = np.empty((len(self.size), 4, len(self.z), 3))
+        for g, (gx, gy) in enumerate((a, b) for b in _GAUSS for a in _GAUSS):
+            b, _ = self._strains(gx, gy)
+            e = np.einsum("nij,nj->ni", b, mine)
+            found[:, g] = e[:, None, :3] + z * e[:, None, 3:]
+        return found
+
+    def kind_at(self) -> NDArray[np.int64]:
+        """Index of the material (elements, z points)."""
+        return np.asarray(self._material[self._z_brick].T)
 
     def gauss_points(self) -> Array:
         """Places (elements, 4, 2) in the plane, m, where temperatures are wanted."""
@@ -111,13 +144,12 @@ class ShellLeaf:
         places = np.array([[a, b] for b in _GAUSS for a in _GAUSS])
         return low[:, None, :] + 0.5 * (places + 1.0) * self.size[:, None, :]
 
-    def _section(self, temperature: Array) -> tuple[Array, Array, Array]:
-        """Stiffness of the section (n, 4, 6, 6), of shear (n, 4, 2, 2), thermal force (n, 4, 6)."""
-        count = len(self.size)
+    def elastic(self, temperature: Array) -> tuple[Array, Array, Array]:
+        """Modulus, Pa, Poisson's ratio (elements, 1, z points), free strain, at the temperatures' points."""
         kind = self._material[self._z_brick].T
         modulus = np.zeros_like(temperature)
         strain = np.zeros_like(temperature)
-        ratio = np.zeros((count, 1, len(self.z)))
+        ratio = np.zeros((len(self.size), 1, len(self.z)))
         for m, material in enumerate(self._materials):
             mine = np.broadcast_to((kind == m)[:, None, :], temperature.shape)
             cold = float(material.youngs_modulus(20.0))
@@ -125,6 +157,12 @@ class ShellLeaf:
             modulus[mine] = np.maximum(material.youngs_modulus(at), SOFTEST * cold)
             strain[mine] = material.elongation(at)
             ratio[(kind == m)[:, None, :]] = material.poissons_ratio
+        return modulus, ratio, strain
+
+    def _section(self, temperature: Array) -> tuple[Array, Array, Array]:
+        """Stiffness of the section (n, 4, 6, 6), of shear (n, 4, 2, 2), thermal force (n, 4, 6)."""
+        count = len(self.size)
+        modulus, ratio, strain = self.elastic(temperature)
         z = self.z - self.middle
         q = modulus / (1.0 - ratio**2) * self._z_weight
         moments = [np.sum(q * z**p, axis=2) for p in range(3)]

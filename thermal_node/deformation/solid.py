@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix
-from scipy.sparse.linalg import splu
 from skfem import ElementHex1, MeshHex
 
 from ..model.materials import Material
-from .brick import shape_functions, stiffness_and_load
+from .brick import element_stress, shape_functions, stiffness_and_load
 
 Array = NDArray[np.float64]
 
@@ -57,16 +56,46 @@ class SolidLeaf:
         for point, axes in supports:
             node = int(np.argmin(np.linalg.norm(self.nodes - np.array(point), axis=1)))
             held += [3 * node + axis for axis in axes]
-        count = 3 * len(self.nodes)
-        self._free = np.setdiff1d(np.arange(count), np.array(held, dtype=int))
+        self.held = np.array(held, dtype=int)
 
     def mirror_in_y(self, y: float) -> None:
         """Make the nodes at y a plane of symmetry: they do not move along y."""
         at = np.flatnonzero(np.abs(self.nodes[:, 1] - y) < 1e-12)
-        self._free = np.setdiff1d(self._free, 3 * at + 1)
+        self.held = np.concatenate([self.held, 3 * at + 1])
 
-    def displacement(self, temperature: Array) -> Array:
-        """Displacement (N, 3), m, of the nodes at their temperatures (N,), °C."""
+    def unknown(self, point: tuple[float, float, float]) -> int:
+        """Number of the movement through the plane of the node nearest to a point, m."""
+        return 3 * int(np.argmin(np.linalg.norm(self.nodes - np.array(point), axis=1))) + 2
+
+    def rigid_motions(self) -> Array:
+        """Motions (n, 3) of the leaf as a rigid body: through its plane, and turns w = x and w = y.
+
+        They turn about the unexposed face, where the leaf is held in its plane.
+        """
+        motion = np.zeros((len(self.nodes), 3, 3))
+        motion[:, 2, 0] = 1.0
+        motion[:, 2, 1:] = self.nodes[:, :2]
+        motion[:, 0, 1] = motion[:, 1, 2] = self.lines[2][-1] - self.nodes[:, 2]
+        return motion.reshape(-1, 3)
+
+    def equations(self, temperature: Array) -> tuple[csc_matrix, Array]:
+        """Stiffness (n, n), N/m, and thermal load (n,), N, at the nodes' temperatures (N,), °C."""
+        modulus, strain, ratio = self._elastic(temperature)
+        stiffness, load = stiffness_and_load(self.size, modulus, ratio, strain)
+        count = 3 * len(self.nodes)
+        matrix = coo_matrix((stiffness.ravel(), (self._rows, self._columns)), shape=(count, count)).tocsc()
+        force = np.bincount(self._dof.ravel(), weights=load.ravel(), minlength=count)
+        return matrix, np.asarray(force, dtype=float)
+
+    def stress(self, temperature: Array, u: Array, only: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+        """Von Mises stress, Pa, temperature, °C, and place (8 Gauss points, 3), m, of some bricks."""
+        modulus, strain, ratio = self._elastic(temperature)
+        found = element_stress(self.size[only], modulus[only], ratio[only], strain[only], u[self._dof[only]])
+        value, _ = shape_functions()
+        place = np.einsum("gk,nkc->ngc", value, self.nodes[self._element[only]])
+        return found, temperature[self._element[only]] @ value.T, place
+
+    def _elastic(self, temperature: Array) -> tuple[Array, Array, Array]:
         value, _ = shape_functions()
         at = temperature[self._element] @ value.T
         modulus, strain = np.zeros_like(at), np.zeros_like(at)
@@ -77,18 +106,7 @@ class SolidLeaf:
             modulus[mine] = np.maximum(material.youngs_modulus(at[mine]), SOFTEST * cold)
             strain[mine] = material.elongation(at[mine])
             ratio[mine] = material.poissons_ratio
-        stiffness, load = stiffness_and_load(self.size, modulus, ratio, strain)
-        count = 3 * len(self.nodes)
-        matrix = coo_matrix((stiffness.ravel(), (self._rows, self._columns)), shape=(count, count)).tocsc()
-        force = np.bincount(self._dof.ravel(), weights=load.ravel(), minlength=count)
-        u = np.zeros(count)
-        u[self._free] = _solve(matrix[self._free][:, self._free], force[self._free])
-        return u.reshape(-1, 3)
-
-
-def _solve(matrix: csc_matrix, force: Array) -> Array:
-    factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return np.asarray(factor.solve(force))
+        return modulus, strain, ratio
 
 
 def _corner_order(corner: Array) -> NDArray[np.int64]:

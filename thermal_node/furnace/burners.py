@@ -18,7 +18,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..scene.parts import Burners
+from ..scene.furnace_part import Burners
 
 AIR_PRESSURE_HEAT = 101325.0 * 1005.0 / 287.05
 """rho c_p T of air at 1 atm, J/m3: the heat capacity per volume is this over T in kelvin."""

@@ -16,10 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..scene.load import Scene, SceneError
 from ..scene.standards import STANDARDS
-from .log_file import plain_name, read_columns
+from .log_file import read_columns
+from .parametric import ParametricFire
+from .tabled import table_of
 
 if TYPE_CHECKING:
-    from ..scene.parts import FurnacePart
+    from ..scene.furnace_part import FurnacePart
 
 Array = NDArray[np.float64]
 
@@ -113,8 +115,10 @@ FILM_COEFFICIENT = {
     "ul_1709": 50.0,
     "modified_hydrocarbon": 50.0,
     "rws": 50.0,
+    "parametric": 35.0,
 }
-"""W/(m2 K) on the exposed side, EN 1991-1-2 clauses 3.2.1 to 3.2.3; the last three as the hydrocarbon's."""
+"""W/(m2 K) on the exposed side, EN 1991-1-2 clauses 3.2.1 to 3.2.3 and, parametric, 3.3.1.1 (3); UL 1709,
+the modified hydrocarbon curve and RWS as the hydrocarbon's."""
 
 
 @dataclass
@@ -302,7 +306,7 @@ def read_log(path: Path, longest_gap: float, curve: str | None = None) -> Measur
     thermocouples the mean heats the door and each is judged.
     """
     columns = read_columns(path)
-    named = {name: plain_name(name) for name in columns.readings}
+    named = {name: columns.plain[name].lower() for name in columns.readings}
     chosen = _furnace_columns(named)
     if not chosen:
         raise SceneError(
@@ -381,6 +385,13 @@ def furnace_of(part: FurnacePart, source: str, curve: str | None = None) -> Furn
                 f"{source}: furnace",
                 curve,
             )
+    elif part.curve == "table":
+        assert isinstance(part.temperature, tuple)
+        made = table_of(part.time, part.temperature)
+    elif part.curve == "parametric":
+        assert part.parametric is not None
+        p = part.parametric
+        made = ParametricFire(p.opening_factor, p.absorptivity, p.fire_load, p.growth)
     else:
         made = Curve(CURVES[part.curve])
     if part.burners is not None:

@@ -5,14 +5,15 @@
     columns.readings    # {name: °C}
     columns.notes       # what was converted
 
-A unit stands in the column's name (time_min, "Zeit [min]", "TC 1 (°F)") or in a row below the names.
+A unit stands in the column's name (time_min, "Zeit [min]", "TC 1 (°F)", "Time / h", "furnace in K") or in a
+row below the names.
 """
 
 from __future__ import annotations
 
 import csv
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 
@@ -41,11 +42,15 @@ TIME_NAMES = ("time", "t", "zeit", "tempo", "elapsed", "elapsed time", "test tim
 
 @dataclass(frozen=True)
 class Columns:
-    """time (K,) : s; readings {name: (K,)} : °C, NaN where missing; notes : what was converted"""
+    """time (K,) : s; readings {name: (K,)} : °C, NaN where missing; notes : what was converted or left out
+
+    plain {name: name} : the columns' names without their units, in the file's own letters
+    """
 
     time: Array
     readings: dict[str, Array]
     notes: tuple[str, ...] = ()
+    plain: dict[str, str] = field(default_factory=dict)
 
 
 def read_columns(path: str | Path) -> Columns:
@@ -58,7 +63,7 @@ def read_columns(path: str | Path) -> Columns:
     line, names = rows[head]
     names = [name.strip() for name in names]
     body = rows[head + 1 :]
-    units: list[str] = [_unit(name) for name in names]
+    bare, units = _units(names)
     if body and _are_units(body[0][1]):
         for i, cell in enumerate(body[0][1][: len(units)]):
             units[i] = units[i] or cell.strip().strip("[]()").lower()
@@ -71,10 +76,19 @@ def read_columns(path: str | Path) -> Columns:
         path, [(n, row[column] if column < len(row) else "") for n, row in body], units[column], notes
     )
     readings: dict[str, Array] = {}
+    unsaid = [] if units[column] or ":" in body[0][1][column] else [names[column]]
     for i, name in enumerate(names):
         if i == column or not name:
             continue
         values = np.array([_number(row[i]) if i < len(row) else np.nan for _, row in body])
+        words = [(n, row[i].strip()) for n, row in body if i < len(row) and _is_word(row[i])]
+        if words:
+            notes.append(
+                f"{name}: cells that are no number were left out, {len(words)} of them, the first in line"
+                f" {words[0][0]}: {words[0][1]!r}"
+            )
+        if units[i] not in TEMPERATURE_UNITS:
+            unsaid.append(name)
         kind = TEMPERATURE_UNITS.get(units[i], "C")
         if kind == "F":
             values = (values - 32.0) / 1.8
@@ -85,12 +99,42 @@ def read_columns(path: str | Path) -> Columns:
         if name in readings:
             raise SceneError(f"{path}:{line}: has two columns {name}; give each a name of its own")
         readings[name] = values
-    return Columns(seconds, readings, tuple(notes))
+    if unsaid:
+        notes.append(f"without a unit, so read as s or °C: {', '.join(unsaid)}")
+    return Columns(seconds, readings, tuple(notes), dict(zip(names, bare, strict=True)))
 
 
-def plain_name(name: str) -> str:
-    """A column's name without its unit, in lower case: `tc_1` of `TC_1 [°C]`."""
-    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name).strip().lower()
+BRACKETED = re.compile(r"^(.*?)\s*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*$")
+TRAILING = re.compile(r"^(.*?)(\s*/\s*|\s*,\s*|\s+in\s+|[_\s]+)((?:deg[ _]?|[°º]\s?)?[A-Za-z]+)\s*$")
+
+
+def _split(name: str) -> tuple[str, str]:
+    """A column's name without its unit, and the unit: `tc_1` and `°f` of `tc_1 [°F]`."""
+    found = BRACKETED.match(name)
+    if found:
+        return found.group(1).strip(), found.group(2).lower()
+    found = TRAILING.match(name)
+    if found:
+        unit = found.group(3).lower().replace("_", " ").replace("° ", "°")
+        if unit in TIME_UNITS or unit in TEMPERATURE_UNITS:
+            return found.group(1).strip(), unit
+    return name.strip(), ""
+
+
+def _units(names: list[str]) -> tuple[list[str], list[str]]:
+    """Names without their units, and the units, "" where there is none.
+
+    Letters that only number a series (tc_a, tc_b, tc_c) are no units.
+    """
+    pairs = [_split(name) for name in names]
+    for i, (_, unit) in enumerate(pairs):
+        if len(unit) > 1 or BRACKETED.match(names[i]):
+            continue
+        series = {n[-1].lower() for n in names if n[:-1].lower() == names[i][:-1].lower()}
+        if unit and len(series) > 1:
+            pairs[i] = (names[i], "")
+    known = [u if u in TIME_UNITS or u in TEMPERATURE_UNITS or ":" in u else "" for _, u in pairs]
+    return [bare for bare, _ in pairs], known
 
 
 def _text(path: Path) -> tuple[str, list[str]]:
@@ -130,29 +174,19 @@ def _rows(path: Path) -> tuple[list[tuple[int, list[str]]], list[str]]:
     mark = next((m for m in ";\t" if counts[m] > 0), ",")
     numbered = enumerate(csv.reader(text.splitlines(), delimiter=mark), start=1)
     rows = [(n, row) for n, row in numbered if any(cell.strip() for cell in row)]
-    if mark != ",":
-        decimal = re.compile(r"\s*[-+]?\d+,\d+([eE][-+]?\d+)?\s*$")
-        if any(decimal.match(cell) for _, row in rows for cell in row):
-            rows = [(n, [c.replace(",", ".") if decimal.match(c) else c for c in row]) for n, row in rows]
-            notes.append("its decimal commas were read as points")
+    # A comma within a cell is a decimal one, also where commas part the cells and this one stood in quotes.
+    decimal = re.compile(r"\s*[-+]?\d+,\d+([eE][-+]?\d+)?\s*$")
+    if any(decimal.match(cell) for _, row in rows for cell in row):
+        rows = [(n, [c.replace(",", ".") if decimal.match(c) else c for c in row]) for n, row in rows]
+        notes.append("its decimal commas were read as points")
     return rows, notes
 
 
 def _time_column(names: list[str]) -> int | None:
     for i, name in enumerate(names):
-        bare = re.sub(r"_?(ms|s|sec|min|h)$", "", plain_name(name).replace(" /", "/").split("/")[0].strip())
-        if bare.rstrip("_") in TIME_NAMES or plain_name(name) in TIME_NAMES:
+        if name.strip().lower() in TIME_NAMES or _split(name)[0].lower() in TIME_NAMES:
             return i
     return None
-
-
-def _unit(name: str) -> str:
-    """The unit that a column's name ends with, or nothing."""
-    found = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$", name) or re.search(
-        r"[_/ ]\s*([A-Za-z°º]+)\s*$", name
-    )
-    unit = found.group(1).lower() if found else ""
-    return unit if unit in TIME_UNITS or unit in TEMPERATURE_UNITS or ":" in unit else ""
 
 
 def _are_units(row: list[str]) -> bool:
@@ -167,6 +201,14 @@ def _number(cell: str) -> float:
         return np.nan
 
 
+def _is_word(cell: str) -> bool:
+    """Whether a cell holds something that is no number and not a way to write that there is none."""
+    return bool(cell.strip()) and cell.strip().lower() not in MISSING and not np.isfinite(_number(cell))
+
+
+MISSING = ("nan", "na", "n/a", "null", "none", "-", "--")
+
+
 def _times(path: str | Path, cells: list[tuple[int, str]], unit: str, notes: list[str]) -> Array:
     """Seconds, from numbers in the header's unit, from hours, minutes and seconds, or from dates."""
     first = cells[0][1].strip()
@@ -176,6 +218,8 @@ def _times(path: str | Path, cells: list[tuple[int, str]], unit: str, notes: lis
     if factor != 1.0:
         notes.append(f"its times were in {unit}")
     seconds = np.array([_number(cell) for _, cell in cells]) * factor
+    if factor > 1.0:
+        seconds = _unrounded(seconds, [cell for _, cell in cells], factor, notes)
     bad = np.flatnonzero(~np.isfinite(seconds))
     if len(bad):
         n, cell = cells[bad[0]]
@@ -184,6 +228,23 @@ def _times(path: str | Path, cells: list[tuple[int, str]], unit: str, notes: lis
     if len(back):
         n, cell = cells[back[0] + 1]
         raise SceneError(f"{path}:{n}: time is {cell.strip()}; give times that increase")
+    return seconds
+
+
+def _unrounded(seconds: Array, cells: list[str], factor: float, notes: list[str]) -> Array:
+    """Times as they were before a logger rounded them to a few digits of minutes or hours.
+
+    One row a minute in hours to four digits is 0.0167 h, 60.12 s: all are put on the coarsest grid of whole
+    seconds that every one of them is a rounding of.
+    """
+    digits = max(len(cell.strip().partition(".")[2]) for cell in cells)
+    half = 0.5 * factor * 10.0**-digits
+    for grid in (60.0, 30.0, 20.0, 15.0, 10.0, 5.0, 2.0, 1.0):
+        whole = grid * np.round(seconds / grid)
+        if grid > 4.0 * half and np.all(np.abs(whole - seconds) <= 1.001 * half):
+            if np.abs(whole - seconds).max() > 1e-6:
+                notes.append(f"its times were rounded; they were put back on whole {grid:g} s")
+            return np.asarray(whole)
     return seconds
 
 

@@ -156,9 +156,12 @@ def heat_at(tables: Tables, volume: Array, i: int, t: float) -> tuple[float, flo
 
 @njit(cache=True, fastmath=FAST)
 def evaluate(
-    temperature: Array, gas: Array, tables: Tables, grid: Grid, surface: Surface, field: Field
+    temperature: Array, surroundings: Array, tables: Tables, grid: Grid, surface: Surface, field: Field
 ) -> None:
-    """Fill `field` at a temperature field and the three gas temperatures (°C)."""
+    """Fill `field` at a temperature field and its surroundings.
+
+    surroundings (3, 3) : gas temperature (°C), radiation temperature (°C) and flux (W/m2) of each surface
+    """
     count, nz, ny, nx = grid.volume.shape
     n, plane = nz * ny * nx, nx * ny
     volume = grid.volume.reshape(count, n)
@@ -187,28 +190,35 @@ def evaluate(
         plane,
     )
     exchange(field.enthalpy, field.density_heat, grid.mass, field.capacitance, heat, field.flows, nx, plane)
-    _surfaces(temperature, gas, surface, field)
+    _surfaces(temperature, surroundings, surface, field)
 
 
 @njit(cache=True, fastmath=FAST)
-def _surfaces(temperature: Array, gas: Array, surface: Surface, field: Field) -> None:
-    """Add convection and radiation, and keep each surface's heat inflow (W) apart."""
+def _surfaces(temperature: Array, surroundings: Array, surface: Surface, field: Field) -> None:
+    """Add convection, radiation and flux, and keep each surface's heat inflow (W) apart.
+
+    surface_flow : the three inflows, then what crosses each surface in either direction: where gas and
+    radiation have two temperatures, heat that one brings and the other takes counts
+    """
     n = temperature.size
     field.diagonal[:] = 0.0
     for s in range(3):
         film, emissivity = surface.film[s], surface.emissivity[s] * STEFAN_BOLTZMANN
         total, magnitude = 0.0, 0.0
         area = surface.area[s].reshape(n)
-        if film > 0.0 or emissivity > 0.0:
-            g = gas[s] - ABSOLUTE_ZERO
+        flux = surroundings[2, s]
+        if film > 0.0 or emissivity > 0.0 or flux != 0.0:
+            gas = surroundings[0, s] - ABSOLUTE_ZERO
+            g = surroundings[1, s] - ABSOLUTE_ZERO
             for i in range(n):
                 if area[i] > 0.0:
                     t = temperature[i] - ABSOLUTE_ZERO
-                    both = (g * g + t * t) * (g + t)
-                    q = area[i] * (film + emissivity * both) * (g - t)
+                    convection = film * (gas - t)
+                    radiation = emissivity * (g * g + t * t) * (g + t) * (g - t)
+                    q = area[i] * (convection + radiation + flux)
                     field.flow[i] += q
                     field.diagonal[i] += area[i] * (film + 4.0 * emissivity * t * t * t)
                     total += q
-                    magnitude += abs(q)
+                    magnitude += area[i] * (abs(convection) + abs(radiation) + abs(flux))
         field.surface_flow[s] = total
         field.surface_flow[3 + s] = magnitude

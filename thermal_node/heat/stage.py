@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 CONVERGED, SLOW, NOT_FINITE = 0, 1, 2
 HEAT_TOLERANCE = 2e-7
+ROUNDING = 4e-16
+"""Of a node's heat and of what its temperature stands for: twice what a number is rounded by."""
 LINEAR_TOLERANCE = 0.02
 PATIENCE = 8
 """Iterations after which a residual that does not fall sends finite elements to the exact derivative."""
@@ -34,7 +36,7 @@ def solve_stage(
     temperature: Array,
     base: Array,
     g: float,
-    gas: Array,
+    surroundings: Array,
     tables: Tables,
     grid: Grid,
     surface: Surface,
@@ -47,7 +49,7 @@ def solve_stage(
 ) -> int:
     """Solve in place for temperature (N,), °C; `field` is left evaluated there.
 
-    base : B (N,), J; g : s; gas (3,), °C; newton, step (N,) : work
+    base : B (N,), J; g : s; surroundings (3, 3) : see evaluate; newton, step (N,) : work
     count (2,) : evaluations and linear iterations, added to
     """
     _count, _nz, ny, nx = grid.volume.shape
@@ -59,9 +61,10 @@ def solve_stage(
     if can_be_exact:
         newton.start[:] = temperature
     for iteration in range(most):
-        evaluate(temperature, gas, tables, grid, surface, field)
+        evaluate(temperature, surroundings, tables, grid, surface, field)
         count[0] += 1
-        residual, moved, rounding = 0.0, 0.0, 0.0
+        residual, moved, rounding, conducted = 0.0, 0.0, 0.0, 0.0
+        along = field.conductance.z
         for i in range(n):
             r = base[i] + g * field.flow[i] - field.heat[i]
             krylov.r[i] = r
@@ -69,12 +72,16 @@ def solve_stage(
             moved += abs(field.heat[i] - base[i])
             # What rounding of a temperature does to its heat, and to a surface that holds it.
             kelvin = abs(temperature[i]) + 273.0
-            rounding += 1e-14 * field.capacity[i] + 1e-15 * g * field.diagonal[i] * kelvin
+            stored = abs(field.heat[i]) + field.capacity[i] * abs(temperature[i])
+            rounding += ROUNDING * stored + 1e-15 * g * field.diagonal[i] * kelvin
+            if i < along.size:
+                conducted += 1e-15 * g * along[i] * kelvin
         if not residual < 1e300 and (exact or not can_be_exact):
             return NOT_FINITE
         through = g * (field.surface_flow[3] + field.surface_flow[4] + field.surface_flow[5])
         scale = HEAT_TOLERANCE * max(through, 0.01 * moved) + rounding
-        if residual <= scale or (residual > 0.5 * previous and residual <= 4.0 * scale):
+        # Thin metal at rest gets no nearer than rounding of what its nodes conduct to each other.
+        if residual <= scale or (residual > 0.5 * previous and residual <= 4.0 * scale + conducted):
             return CONVERGED
         if (
             can_be_exact

@@ -7,14 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..furnace.furnace import FILM_COEFFICIENT, Furnace, furnace_of
+from ..furnace.tabled import Radiation, Table, flux_of, radiation_of
 from ..heat.conduction import Array, Grid, Surface, Tables
 from ..mesh.door import door_mesh
 from ..mesh.exchange import Exchange
 from ..mesh.leaf import LeafMesh
-from ..scene.parts import MaterialPart, Property, SurfacePart
+from ..scene.furnace_part import SurfacePart
+from ..scene.parts import MaterialPart, Property
 from ..scene.schema import Scene
 from ..scene.standards import STANDARDS
 from .materials import STEEL_DENSITY, Curve, Material, constant, steel, table
+from .rebate import free_edge
 
 HELD = 1e9
 """W/(m2 K) of a surface that is held at its gas' temperature."""
@@ -30,6 +33,8 @@ class DoorModel:
     """Built once from a scene by `door_model`; never changes.
 
     gas : for the exposed, unexposed and lateral surface, whether it is the furnace's
+    radiation : °C over time, where the furnace does not radiate at its gas' temperature
+    flux : for the same surfaces, W/m2 over time that enters besides
     """
 
     scene: Scene
@@ -40,6 +45,8 @@ class DoorModel:
     surface: Surface
     gas: tuple[bool, bool, bool]
     furnace: Furnace
+    radiation: Radiation | None
+    flux: tuple[Table | None, Table | None, Table | None]
     ambient: float
     initial: float
 
@@ -57,7 +64,8 @@ def door_model(scene: Scene) -> DoorModel:
     area = np.zeros((3, nz, ny, nx))
     area[0, 0] = mesh.exposed_area
     area[1, -1] += mesh.unexposed_area
-    area[2] = mesh.lateral_area
+    depth = scene.lateral.depth
+    area[2] = mesh.lateral_area if depth is None else free_edge(mesh, depth)
     steady = scene.solver.model == "steady"
     surfaces = (scene.exposed, scene.unexposed, scene.lateral)
     default_film = (FILM_COEFFICIENT.get(scene.furnace.curve, 25.0), 10.0, 0.0)
@@ -84,6 +92,8 @@ def door_model(scene: Scene) -> DoorModel:
             scene.lateral.gas == "furnace",
         ),
         furnace=furnace_of(scene.furnace, scene.source, STANDARDS[scene.criteria.standards[0]].curve),
+        radiation=radiation_of(scene.furnace.radiation),
+        flux=(flux_of(scene.exposed.flux), flux_of(scene.unexposed.flux), flux_of(scene.lateral.flux)),
         ambient=scene.ambient,
         initial=scene.start,
     )

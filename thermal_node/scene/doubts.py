@@ -14,6 +14,7 @@ LIMITS: dict[str, tuple[float, float, str, str]] = {
     "specific_heat": (100.0, 1e6, "J/(kg K)", "kJ/(kg K)"),
     "conductivity": (5e-3, 450.0, "W/(m K)", "mW/(m K) or W/(cm K)"),
     "youngs_modulus": (1e2, 2e12, "Pa", "MPa or GPa"),
+    "yield_strength": (1e3, 5e9, "Pa", "MPa"),
 }
 MOST_ELONGATION = 1e-3
 """1/K; steel has 1.2e-5."""

@@ -61,7 +61,7 @@ def changed(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
     return load_scene(scene.model_dump(), overrides)
 
 
-PROPERTIES = ("specific_heat", "conductivity", "youngs_modulus", "elongation")
+PROPERTIES = ("specific_heat", "conductivity", "youngs_modulus", "elongation", "yield_strength")
 """Keys of a property that was one number give a table in its place."""
 
 

@@ -13,22 +13,17 @@ from pydantic import BeforeValidator, Field, model_validator
 from .quantities import (
     Count,
     Density,
-    Emissivity,
-    FilmCoefficient,
     Fraction,
-    NotNegative,
     Number,
     Position,
     Positive,
     Size,
-    Temperature,
     Thickness,
     between,
     number,
 )
 
 Series = tuple[Number, ...]
-Readings = tuple[Annotated[float | None, BeforeValidator(lambda v: None if v is None else number(v))], ...]
 RESERVED = ("ftp_", "en_", "en1_", "ul_", "astm_", "unexposed_")
 """Beginnings of names that the standards' points, and what is read of the whole face, have."""
 
@@ -98,6 +93,7 @@ class MaterialPart(Part):
     youngs_modulus: AnyProperty | None = None
     poissons_ratio: Annotated[Number, between(-0.5, 0.49, "")] | None = None
     elongation: AnyProperty | None = None
+    yield_strength: AnyProperty | None = None
 
     @model_validator(mode="after")
     def _possible(self) -> MaterialPart:
@@ -120,6 +116,8 @@ class MaterialPart(Part):
         modulus = self.youngs_modulus
         if modulus is not None and modulus.rule is None and modulus.lowest() < 0.0:
             raise Misplaced(("youngs_modulus",), "is negative; give at least 0 Pa")
+        if self.yield_strength is not None and self.yield_strength.lowest() < 0.0:
+            raise Misplaced(("yield_strength",), "is negative; give at least 0 Pa")
         return self
 
 
@@ -153,90 +151,6 @@ class Leaf(Part):
     def thickness(self) -> float:
         """m."""
         return sum(layer.thickness for layer in self.layers)
-
-
-class Burners(Part):
-    """A lumped furnace: gas heated by burners under a controller, losing heat to its walls.
-
-    power : W of one burner at most; volume : m3; wall_area : m2; wall_effusivity : J/(m2 K s^0.5)
-    gain : 1/K, share of full power asked for per kelvin below the curve
-    integral_time : s; lag : s, a burner's
-    """
-
-    count: Annotated[int, Field(ge=1, le=100, strict=True)] = 4
-    power: Positive = 5.0e5
-    volume: Positive = 18.0
-    wall_area: Positive = 45.0
-    wall_effusivity: Positive = 300.0
-    gain: Positive = 0.02
-    integral_time: Positive = 60.0
-    lag: NotNegative = 4.0
-
-
-class FurnacePart(Part):
-    """What heats the exposed face.
-
-    curve : a standard's curve, `constant`, or `measured` (a CSV `file` with columns time and
-        temperature, or here `time` in s and `temperature` in °C, or `thermocouples`)
-    thermocouples : °C, one row each, null where it did not read; their mean heats the door, each is judged
-    longest_gap : s between two measured values that is bridged straight; longer is refused
-    burners : a lumped furnace that follows the curve, instead of the curve itself
-    """
-
-    curve: Literal[
-        "iso_834",
-        "hydrocarbon",
-        "external",
-        "astm_e119",
-        "ul_1709",
-        "modified_hydrocarbon",
-        "rws",
-        "slow_heating",
-        "constant",
-        "measured",
-    ] = "iso_834"
-    temperature: Temperature | Series | None = None
-    time: Series | None = None
-    thermocouples: Annotated[tuple[Readings, ...], Field(min_length=1)] | None = None
-    file: str | None = None
-    longest_gap: Positive = 60.0
-    burners: Burners | None = None
-
-    @model_validator(mode="after")
-    def _whole(self) -> FurnacePart:
-        if self.curve == "constant":
-            if not isinstance(self.temperature, float):
-                raise Misplaced(("temperature",), "is missing; a constant furnace needs one, in °C")
-        elif self.curve == "measured":
-            if (self.file is None) == (self.time is None):
-                raise ValueError("has no measurement; give file, or time and temperature")
-            if self.thermocouples is not None:
-                self._rows(self.thermocouples)
-        elif any(v is not None for v in (self.temperature, self.time, self.file, self.thermocouples)):
-            raise ValueError(f"has a {self.curve} curve and a temperature; give curve: constant or measured")
-        return self
-
-    def _rows(self, thermocouples: tuple[Readings, ...]) -> None:
-        if self.time is None or self.temperature is not None:
-            raise Misplaced(("thermocouples",), "stand beside time, in place of temperature and of file")
-        for n, row in enumerate(thermocouples):
-            if len(row) != len(self.time):
-                raise Misplaced(
-                    ("thermocouples", n),
-                    f"has {len(row)} readings for {len(self.time)} times; give one a time, or null",
-                )
-
-
-class SurfacePart(Part):
-    """How a surface meets its gas: convection, radiation, or held at the gas' temperature.
-
-    film_coefficient : W/(m2 K); emissivity : -, resulting
-    """
-
-    film_coefficient: FilmCoefficient | None = None
-    emissivity: Emissivity | None = None
-    gas: Literal["furnace", "ambient"] | None = None
-    held: bool | None = None
 
 
 class MeshPart(Part):
@@ -306,20 +220,3 @@ class ProbesPart(Part):
         "interior",
     )
     points: dict[str, Point] = Field(default_factory=dict)
-
-
-class DeformationPart(Part):
-    """Thermo-elastic deformation of the leaf.
-
-    hinges : heights of the hinges, m from the leaf's centre, on `hinge_side`
-    lock : height of the lock on the other side, m from the centre; interval : s between solutions
-    in_plane, layers : elements across and up the whole leaf, and through each layer
-    """
-
-    model: Literal["none", "solid", "shell"] = "none"
-    hinge_side: Literal["left", "right"] = "left"
-    hinges: Annotated[tuple[Position, ...], Field(min_length=1)] | None = None
-    lock: Position | None = 0.0
-    in_plane: tuple[Count, Count] = (32, 64)
-    layers: tuple[Count, ...] | None = None
-    interval: Positive = 300.0

@@ -12,24 +12,23 @@ from flexsim_core.quantities import Misplaced, Part
 from pydantic import Field, model_validator
 
 from .criteria_part import CriteriaPart, SealsPart
+from .deformation_part import DeformationPart
+from .furnace_part import FurnacePart, LateralPart, SurfacePart
 from .parts import (
     RESERVED,
-    DeformationPart,
-    FurnacePart,
     Leaf,
     MaterialPart,
     MeshPart,
     ProbesPart,
     Property,
     SolverPart,
-    SurfacePart,
 )
 from .quantities import (
     Ambient,
     Temperature,
 )
 from .size import too_large
-from .supports import mechanism
+from .supports import mechanism, off_the_leaf
 
 
 class Scene(Part):
@@ -43,7 +42,7 @@ class Scene(Part):
     furnace: FurnacePart = FurnacePart()
     exposed: SurfacePart = SurfacePart()
     unexposed: SurfacePart = SurfacePart()
-    lateral: SurfacePart = SurfacePart()
+    lateral: LateralPart = LateralPart()
     ambient: Ambient = 20.0
     initial: Temperature | None = None
     mesh: MeshPart = MeshPart()
@@ -63,6 +62,7 @@ class Scene(Part):
         self._materials_known()
         self._mesh_fits()
         self._tables_reach()
+        self._radiation_is_seen()
         large = too_large(self.leaf, self.solver, self.mesh, self.deformation)
         if large is not None:
             raise Misplaced(*large)
@@ -105,14 +105,14 @@ class Scene(Part):
                 raise Misplaced(
                     ("mesh", "in_plane"), f"leaves no brick beside the rim; give at least {least}"
                 )
-        for key in ("hinges", "lock"):
-            value = getattr(self.deformation, key)
-            for y in value if isinstance(value, tuple) else (value,):
-                if y is not None and abs(y) > 0.5 * self.leaf.height:
-                    raise Misplaced(
-                        ("deformation", key),
-                        f"has {y:g}, off the leaf; give at most {0.5 * self.leaf.height:g} m from its centre",
-                    )
+        depth = self.lateral.depth
+        if depth is not None and depth > self.leaf.thickness * (1.0 + 1e-9):
+            raise Misplaced(
+                ("lateral", "depth"), f"is {depth:g}; give at most the leaf's {self.leaf.thickness:g} m"
+            )
+        off = off_the_leaf(self.leaf, self.deformation)
+        if off is not None:
+            raise Misplaced(*off)
         free = mechanism(self.leaf, self.deformation) if self.deformation.model != "none" else ""
         if free:
             raise Misplaced(("deformation",), free)
@@ -138,6 +138,27 @@ class Scene(Part):
                         f"is {value:g}, off the leaf; give at most {limit:g} m",
                     )
 
+    def _radiation_is_seen(self) -> None:
+        """Of the furnace's radiation something depends, and a flux enters what is not held."""
+        steady = self.solver.model == "steady"
+        if self.exposed.flux is not None and steady and self.exposed.held is None:
+            raise Misplaced(
+                ("exposed", "flux"), "enters a face that steady holds; give exposed: held: false as well"
+            )
+        if self.furnace.radiation is None:
+            return
+        for face, exposed in ((self.exposed, True), (self.unexposed, False), (self.lateral, False)):
+            held = face.held or (steady and exposed and face.held is None)
+            in_furnace = (face.gas or ("furnace" if exposed else "ambient")) == "furnace"
+            emissivity = (0.7 if exposed else 0.0) if face.emissivity is None else face.emissivity
+            if in_furnace and not held and emissivity > 0.0:
+                return
+        raise Misplaced(
+            ("furnace", "radiation"),
+            "meets no surface: none in the furnace's gas is free and has an emissivity; give one,"
+            " or leave it out",
+        )
+
     def _tables_reach(self) -> None:
         """No temperature that the scene is sure to reach lies above a table's end."""
         reached = [(self.start, "the door starts at"), (self.ambient, "the ambient is at")]
@@ -145,7 +166,7 @@ class Scene(Part):
         if isinstance(furnace, float):
             reached.append((furnace, "the furnace is at"))
         elif furnace:
-            reached.append((max(furnace), "the measured furnace goes to"))
+            reached.append((max(furnace), f"the {self.furnace.curve} furnace goes to"))
         names = {layer.material for layer in self.leaf.layers}
         for name, material in self.materials.items():
             if name not in names:

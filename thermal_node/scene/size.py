@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from .parts import DeformationPart, Leaf, MeshPart, SolverPart
+from .deformation_part import DeformationPart
+from .parts import Leaf, MeshPart, SolverPart
 
 MOST_NODES = 1_500_000
 MOST_SHELL, MOST_BRICKS = 60_000, 40_000

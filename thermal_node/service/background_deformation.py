@@ -73,6 +73,8 @@ class BackgroundDeformation:
             return found
 
     def _run(self) -> None:
+        before: Deflection | None = None
+        last = -1
         while True:
             self._asked.wait()
             if self._stop:
@@ -83,8 +85,10 @@ class BackgroundDeformation:
             if work is None:
                 continue
             generation, time, stamp, temperature = work
+            if generation != last:
+                before, last = None, generation  # the test began anew, with a leaf that never yielded
             try:
-                deflection = self._deformation.solve(temperature)
+                deflection = self._deformation.solve(temperature, before)
                 whole = self._deformation.whole()
             except Exception as problem:  # the march goes on without a shape, and says so
                 self.failure = f"at {time:.1f} s: {problem}"
@@ -92,6 +96,7 @@ class BackgroundDeformation:
             if not (np.isfinite(whole).all() and np.isfinite(deflection.bow)):
                 self.failure = f"at {time:.1f} s: the shape is not finite"
                 continue
+            before = deflection
             with self._lock:
                 self.solved += 1
                 self.failure = ""
