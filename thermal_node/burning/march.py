@@ -3,8 +3,8 @@
     heat = Heat(door_model(load_scene("config/thesis_door.yaml")))
     status = heat.advance(60.0)
 
-Nothing is allocated in a step but a few small arrays; a step that fails leaves the last good
-state and a status that says why.
+A step allocates no array of the leaf's size; one that fails leaves the last good state and a status that
+says why.
 """
 
 from __future__ import annotations
@@ -105,6 +105,7 @@ class Heat:
         self._trial = np.zeros(n)
         self._base = np.zeros(n)
         self._heat = np.zeros(n)
+        self._scratch = np.zeros(n)
         self._flows = np.zeros((3, n))
         self._inflows = np.zeros((3, 6))
         self._cancelling = model.radiation is not None or any(flux is not None for flux in model.flux)
@@ -242,7 +243,8 @@ class Heat:
         for i, place in enumerate(method.time):
             self._base[:] = self._heat
             for j, a in enumerate(method.couple[i]):
-                self._base += (step * a) * self._flows[first + j]
+                np.multiply(self._flows[first + j], step * a, out=self._scratch)
+                self._base += self._scratch
             self._foresee(before * step, place * step)
             outcome = solve_stage(
                 trial,
@@ -288,20 +290,25 @@ class Heat:
         if self.model.scene.solver.step is not None or not self._started:
             return 0.0
         if method.error is None:
-            predicted = self.temperature + step * self.rate
-            return 0.5 * float(np.max(np.abs(self._trial - predicted)))
+            off = self._scratch
+            np.multiply(self.rate, step, out=off)
+            off += self.temperature
+            np.subtract(self._trial, off, out=off)
+            return 0.5 * _largest(off)
         k, diagonal = self._krylov, method.diagonal * step
         np.dot(step * np.array(method.error), self._flows, out=k.r)
         factor_lines(self._field, diagonal, self._nx, self._plane, k)
         self.count[1] += conjugate_gradients(self._correction, self._nx, self._plane, k, 0.1, 200)
-        return float(np.max(np.abs(self._correction)))
+        return _largest(self._correction)
 
     def accept(self, step: float) -> None:
         """Make the attempted state the present one, and keep account of its heat."""
         weights, first = self._weights
         used = slice(first, first + len(weights))
         inflow = step * weights @ self._inflows[used, :3] * self.model.mesh.parts
-        stored = float(np.sum(self._field.heat - self._heat)) * self.model.mesh.parts
+        change = self._scratch
+        np.subtract(self._field.heat, self._heat, out=change)
+        stored = float(np.sum(change)) * self.model.mesh.parts
         balance = self.balance
         balance.stored += stored
         balance.exposed += inflow[0]
@@ -311,8 +318,9 @@ class Heat:
         if self._cancelling:
             crossed = step * float((weights @ self._inflows[used, 3:]).sum()) * self.model.mesh.parts
         # Of less than this, rounding of the stored heat is a millionth and more: a leaf at rest.
-        size = np.abs(self._field.heat).sum() + self._field.capacity @ np.abs(self._trial)
-        seen = max(crossed, SEEN * float(size) * self.model.mesh.parts)
+        size = float(np.sum(np.abs(self._field.heat, out=change)))
+        size += float(self._field.capacity @ np.abs(self._trial, out=change))
+        seen = max(crossed, SEEN * size * self.model.mesh.parts)
         balance.last = abs(stored - float(inflow.sum())) / seen
         balance.worst = max(balance.worst, balance.last)
         self.bend[:] = self.rate
@@ -336,7 +344,8 @@ class Heat:
 
     def _check_tables(self) -> None:
         for name, what, end, nodes in self._ends:
-            hottest = int(nodes[np.argmax(self.temperature[nodes])])
+            there = np.take(self.temperature, nodes, out=self._scratch[: len(nodes)], mode="clip")
+            hottest = int(nodes[np.argmax(there)])
             if self.temperature[hottest] > end:
                 x, y, z = self.model.nodes[hottest]
                 self.status = Status(
@@ -359,6 +368,11 @@ class Heat:
             f"stopped at {self.time:.3f} s: no step above {SHORTEST_STEP:g} s converges; look for"
             " a jump in a material's table",
         )
+
+
+def _largest(values: Array) -> float:
+    """The largest magnitude."""
+    return max(float(np.max(values)), -float(np.min(values)))
 
 
 def _table_ends(model: DoorModel) -> list[tuple[str, str, float, NDArray[np.int64]]]:
