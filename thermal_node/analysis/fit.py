@@ -132,7 +132,8 @@ def fit(
         is nothing to fit.
     """
     _measured(log)
-    name = material or max(scene.leaf.layers, key=lambda layer: layer.thickness).material
+    solid = [layer for layer in scene.leaf.layers if not layer.is_cavity]
+    name = material or max(solid, key=lambda layer: layer.thickness).material
     part = scene.materials.get(name)
     if part is None or part.conductivity is None or part.density is None:
         raise SceneError(f"{scene.source}: materials.{name}: is not in the scene; give its table")
