@@ -31,6 +31,8 @@ LONGEST_STEP = 600.0
 GROWTH = 3.0
 SEEN = 1e7 * ROUNDING
 """Share of the stored heat below which a step's balance says nothing: 4 microkelvin of a leaf at 500 °C."""
+PLAIN = 1e-7
+"""A balance as good as this needs no look at what rounding leaves of it."""
 
 
 @dataclass
@@ -117,6 +119,9 @@ class Heat:
         self._flows = np.zeros((3, n))
         self._inflows = np.zeros((3, 6))
         self._cancelling = model.radiation is not None or any(flux is not None for flux in model.flux)
+        self._around = np.array([[model.ambient] * 3, [model.ambient] * 3, [0.0] * 3])
+        self._heated = [surface for surface, is_hot in enumerate(model.gas) if is_hot]
+        self._fluxes = [(surface, flux) for surface, flux in enumerate(model.flux) if flux is not None]
         self._ends = _table_ends(model)
         reactions = model.reactions
         self._progress = None if reactions is None else progress_of(reactions, n)
@@ -177,17 +182,20 @@ class Heat:
         self.balance = HeatBalance(**vars(saved.balance))
 
     def surroundings(self, time: float) -> Array:
-        """Gas and radiation temperature, °C, and flux, W/m2: (3, 3), a column for each surface."""
+        """Gas and radiation temperature, °C, and flux, W/m2: (3, 3), a column for each surface.
+
+        One array, written anew at each call.
+        """
         model, at = self.model, time if self.frozen is None else self.frozen
         gas = self.furnace(time)
         hot = gas if model.radiation is None else model.radiation(at)
-        return np.array(
-            [
-                [gas if is_hot else model.ambient for is_hot in model.gas],
-                [hot if is_hot else model.ambient for is_hot in model.gas],
-                [0.0 if flux is None else flux(at) for flux in model.flux],
-            ]
-        )
+        around = self._around
+        for surface in self._heated:
+            around[0, surface] = gas
+            around[1, surface] = hot
+        for surface, flux in self._fluxes:
+            around[2, surface] = flux(at)
+        return around
 
     def heat_flow(self) -> Array:
         """Heat inflow (3,) through exposed, unexposed and lateral surface now, W."""
@@ -390,11 +398,13 @@ class Heat:
         if self._cancelling:
             crossed = step * float((weights @ self._inflows[used, 3:]).sum()) * self.model.mesh.parts
         crossed += given + taken
-        # Of less than this, rounding of the stored heat is a millionth and more: a leaf at rest.
-        size = float(np.sum(np.abs(self._field.heat, out=change)))
-        size += float(self._field.capacity @ np.abs(self._trial, out=change))
-        seen = max(crossed, SEEN * size * self.model.mesh.parts)
-        balance.last = abs(stored - float(inflow.sum())) / seen
+        off = abs(stored - float(inflow.sum()))
+        if off > PLAIN * crossed:
+            # Of less than this, rounding of the stored heat is a millionth and more: a leaf at rest.
+            size = float(np.sum(np.abs(self._field.heat, out=change)))
+            size += float(self._field.capacity @ np.abs(self._trial, out=change))
+            crossed = max(crossed, SEEN * size * self.model.mesh.parts)
+        balance.last = 0.0 if off == 0.0 else off / crossed
         balance.worst = max(balance.worst, balance.last)
         self.bend[:] = self.rate
         np.subtract(self._trial, self.temperature, out=self.rate)

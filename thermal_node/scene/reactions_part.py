@@ -121,8 +121,8 @@ class ReactionPart(Part):
         if self.latent_heat is not None and self.latent_heat < leaves * (temperature[-1] - temperature[0]):
             raise Misplaced(
                 ("latent_heat",),
-                f"is {self.latent_heat:g}, less than what leaves holds over the range of temperature; give more,"
-                " or a narrower range",
+                f"is {self.latent_heat:g}, less than what leaves holds over its range of temperature; give"
+                " more, or a narrower range",
             )
 
     def course(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
