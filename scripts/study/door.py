@@ -70,12 +70,11 @@ class DoorStudy:
 
     def _scaled(self, in_plane: float, through: float) -> dict[str, Any]:
         """The scene's mesh with so many times the bricks."""
-        from thermal_node.mesh.door import THICK_BRICKS, THIN
+        from thermal_node.mesh.door import THICK_BRICKS
 
         scene = self.scene
         counts = scene.mesh.layers or tuple(
-            1 if layer.thickness <= THIN else THICK_BRICKS[scene.solver.dimension]
-            for layer in scene.leaf.layers
+            layer.bricks(THICK_BRICKS[scene.solver.dimension]) for layer in scene.leaf.layers
         )
         found: dict[str, Any] = {"mesh.layers": [max(1, round(n * through)) if n > 1 else 1 for n in counts]}
         if scene.solver.dimension != "column":

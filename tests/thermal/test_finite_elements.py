@@ -76,7 +76,7 @@ def test_conduction_and_capacity_are_those_that_scikit_fem_assembles(dimension):
     cold = None
     for _ in range(3):
         t = rng.uniform(20.0, 900.0, len(heat.temperature))
-        evaluate(t, off, model.tables, model.grid, surface, heat._field)
+        evaluate(t, off, model.tables, model.grid, surface, heat._field, 0.0, None, None, None)
         expected = -conduction @ t
         np.testing.assert_allclose(heat._field.flow, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
         now = t, heat._field.heat.copy()
@@ -100,6 +100,10 @@ def test_conjugate_gradients_solve_the_assembled_equations(dimension):
         model.grid,
         surface,
         heat._field,
+        0.0,
+        None,
+        None,
+        None,
     )
     n, (ny, nx) = len(heat.temperature), model.mesh.shape[1:]
     plane = nx * ny

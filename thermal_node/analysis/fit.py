@@ -272,7 +272,8 @@ def _problem(
     logs = [replace(one, readings={n: v for n, v in one.readings.items() if n not in leave}) for one in given]
     for one in logs:
         _measured(one)
-    name = material or max(scene.leaf.layers, key=lambda layer: layer.thickness).material
+    solid = [layer for layer in scene.leaf.layers if not layer.is_cavity]
+    name = material or max(solid, key=lambda layer: layer.thickness).material
     part = scene.materials.get(name)
     if part is None or part.conductivity is None or part.density is None:
         raise SceneError(f"{scene.source}: materials.{name}: is not in the scene; give its table")

@@ -3,8 +3,8 @@
     heat = Heat(door_model(load_scene("config/thesis_door.yaml")))
     status = heat.advance(60.0)
 
-Nothing is allocated in a step but a few small arrays; a step that fails leaves the last good
-state and a status that says why.
+A step allocates no array of the leaf's size; one that fails leaves the last good state and a status that
+says why.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ..heat.conduction import Array, evaluate, field_of
 from ..heat.linear import conjugate_gradients, factor_lines, krylov
 from ..heat.method import METHODS, SDIRK2, Method
 from ..heat.newton import newton_work
+from ..heat.reactions import EQUILIBRIUM, progress_of
 from ..heat.stage import CONVERGED, NOT_FINITE, ROUNDING, solve_stage
 from ..model.door_model import DoorModel
 from .status import State, Status
@@ -30,13 +31,17 @@ LONGEST_STEP = 600.0
 GROWTH = 3.0
 SEEN = 1e7 * ROUNDING
 """Share of the stored heat below which a step's balance says nothing: 4 microkelvin of a leaf at 500 °C."""
+PLAIN = 1e-7
+"""A balance as good as this needs no look at what rounding leaves of it."""
 
 
 @dataclass
 class HeatBalance:
     """Heat of the whole leaf since the start, J (of 1 m2 for a column, of 1 m for a strip).
 
-    worst : the largest |stored - in| of any step, relative to what crossed the surfaces in it
+    stored : of matter as it is; released : given by reactions, less what they took
+    worst : the largest |stored - in - released| of any step, relative to what crossed the surfaces in it and
+        what reactions gave and took
     last : that of the last step
     """
 
@@ -44,20 +49,21 @@ class HeatBalance:
     exposed: float = 0.0
     unexposed: float = 0.0
     lateral: float = 0.0
+    released: float = 0.0
     last: float = 0.0
     worst: float = 0.0
 
     @property
     def relative(self) -> float:
-        """|stored - in| over the whole run, relative to what crossed the surfaces."""
-        crossed = abs(self.exposed) + abs(self.unexposed) + abs(self.lateral)
-        entered = self.exposed + self.unexposed + self.lateral
+        """|stored - in - released| over the whole run, relative to what crossed surfaces or was released."""
+        crossed = abs(self.exposed) + abs(self.unexposed) + abs(self.lateral) + abs(self.released)
+        entered = self.exposed + self.unexposed + self.lateral + self.released
         return abs(self.stored - entered) / crossed if crossed > 0.0 else 0.0
 
 
 @dataclass
 class Saved:
-    """A state to go on from; see Heat."""
+    """A state to go on from; see Heat. reacting : rates of the reactions, 1/s."""
 
     time: float
     temperature: Array
@@ -67,6 +73,8 @@ class Saved:
     step: float
     started: bool
     balance: HeatBalance = field(default_factory=HeatBalance)
+    degree: Array | None = None
+    reacting: Array | None = None
 
 
 class Heat:
@@ -77,6 +85,8 @@ class Heat:
     time : s; temperature (N,) : °C, in the order of model.nodes
     rate (N,) : K/s, over the last step
     bend (N,) : K/s2, second divided difference over the last two; what comes is foreseen by both
+    degree (P, N) : how far each reaction has gone at each node, 0 to 1; None or of size 0 where
+        nothing reacts
     furnace : t -> °C; may be exchanged while running
     frozen : time, s, at which radiation and fluxes are looked up whatever the march's; None: its own
     status : why the march has stopped, if it has; balance : heat stored, in and out
@@ -105,15 +115,25 @@ class Heat:
         self._trial = np.zeros(n)
         self._base = np.zeros(n)
         self._heat = np.zeros(n)
+        self._scratch = np.zeros(n)
         self._flows = np.zeros((3, n))
         self._inflows = np.zeros((3, 6))
         self._cancelling = model.radiation is not None or any(flux is not None for flux in model.flux)
+        self._around = np.array([[model.ambient] * 3, [model.ambient] * 3, [0.0] * 3])
+        self._heated = [surface for surface, is_hot in enumerate(model.gas) if is_hot]
+        self._fluxes = [(surface, flux) for surface, flux in enumerate(model.flux) if flux is not None]
         self._ends = _table_ends(model)
+        reactions = model.reactions
+        self._progress = None if reactions is None else progress_of(reactions, n)
+        self.degree = None if self._progress is None else self._progress.degree
+        self._rates = np.zeros((3, 0 if reactions is None else len(reactions.kind), n))
         self.reset()
 
     def reset(self) -> None:
         """Back to the start of the test."""
         self.temperature[:] = self.model.initial
+        if self.degree is not None:
+            self.degree[:] = 0.0
         self._begin(0.0)
 
     def _begin(self, time: float) -> None:
@@ -144,29 +164,38 @@ class Heat:
             self._step,
             self._started,
             HeatBalance(**vars(self.balance)),
+            None if self.degree is None else self.degree.copy(),
+            None if self.degree is None else self._rates[0].copy(),
         )
 
     def restore(self, saved: Saved) -> None:
         """Go on from a saved state; the march from there is the one that was left, bit by bit."""
         self.temperature[:] = saved.temperature
+        if self.degree is not None:
+            self.degree[:] = 0.0 if saved.degree is None else saved.degree
         self._begin(saved.time)
+        if saved.reacting is not None:
+            self._rates[0] = saved.reacting
         self.rate[:] = saved.rate
         self.bend[:] = saved.bend
         self._last, self._step, self._started = saved.last, saved.step, saved.started
         self.balance = HeatBalance(**vars(saved.balance))
 
     def surroundings(self, time: float) -> Array:
-        """Gas and radiation temperature, °C, and flux, W/m2: (3, 3), a column for each surface."""
+        """Gas and radiation temperature, °C, and flux, W/m2: (3, 3), a column for each surface.
+
+        One array, written anew at each call.
+        """
         model, at = self.model, time if self.frozen is None else self.frozen
         gas = self.furnace(time)
         hot = gas if model.radiation is None else model.radiation(at)
-        return np.array(
-            [
-                [gas if is_hot else model.ambient for is_hot in model.gas],
-                [hot if is_hot else model.ambient for is_hot in model.gas],
-                [0.0 if flux is None else flux(at) for flux in model.flux],
-            ]
-        )
+        around = self._around
+        for surface in self._heated:
+            around[0, surface] = gas
+            around[1, surface] = hot
+        for surface, flux in self._fluxes:
+            around[2, surface] = flux(at)
+        return around
 
     def heat_flow(self) -> Array:
         """Heat inflow (3,) through exposed, unexposed and lateral surface now, W."""
@@ -220,7 +249,17 @@ class Heat:
         tolerance = self.model.scene.solver.tolerance
         return float(np.clip(0.1 * tolerance / max(fastest, 1e-12), 1e-3, 0.1))
 
+    def burn_out(self) -> None:
+        """Let all that has a rate have reacted, as it has when a state is steady."""
+        if self._progress is not None and self.model.reactions is not None:
+            self._progress.degree[self.model.reactions.kind != EQUILIBRIUM] = 1.0
+            self._evaluate()
+
     def _evaluate(self) -> None:
+        progress = self._progress
+        if progress is not None:
+            progress.base[:] = progress.degree
+            progress.now[:] = progress.degree
         evaluate(
             self.temperature,
             self.surroundings(self.time),
@@ -228,7 +267,14 @@ class Heat:
             self.model.grid,
             self.model.surface,
             self._field,
+            0.0,
+            self.model.cavities,
+            self.model.reactions,
+            progress,
         )
+        if progress is not None:
+            progress.degree[:] = progress.now
+            self._rates[0] = progress.rate
         self._heat[:] = self._field.heat
         self._flows[0] = self._field.flow
         self._inflows[0] = self._field.surface_flow
@@ -242,8 +288,11 @@ class Heat:
         for i, place in enumerate(method.time):
             self._base[:] = self._heat
             for j, a in enumerate(method.couple[i]):
-                self._base += (step * a) * self._flows[first + j]
+                np.multiply(self._flows[first + j], step * a, out=self._scratch)
+                self._base += self._scratch
             self._foresee(before * step, place * step)
+            if self._progress is not None:
+                self._react(step, method, i)
             outcome = solve_stage(
                 trial,
                 self._base,
@@ -258,14 +307,34 @@ class Heat:
                 self._correction,
                 self.count,
                 MOST_ITERATIONS,
+                self.model.cavities,
+                self.model.reactions,
+                self._progress,
             )
             if outcome != CONVERGED:
                 return outcome, np.inf
             self._flows[i + 1] = self._field.flow
             self._inflows[i + 1] = self._field.surface_flow
+            if self._progress is not None:
+                self._rates[i + 1] = self._progress.rate
             before = place
         self._weights = np.array(method.weight), first
         return CONVERGED, self._error(method, step)
+
+    def _react(self, step: float, method: Method, stage: int) -> None:
+        """What a stage of the reactions begins from, and degrees that are foreseen at its end."""
+        progress, reactions = self._progress, self.model.reactions
+        assert progress is not None and reactions is not None
+        first, couple = (0 if method.explicit else 1), method.couple[stage]
+        latest = first + len(couple) - 1 if couple else 0
+        progress.base[:] = progress.degree
+        for p in np.flatnonzero(reactions.kind != EQUILIBRIUM):
+            for j, a in enumerate(couple):
+                np.multiply(self._rates[first + j, p], step * a, out=self._scratch)
+                progress.base[p] += self._scratch
+        np.multiply(self._rates[latest], step * method.diagonal, out=progress.now)
+        np.add(progress.now, progress.base, out=progress.now)
+        np.minimum(progress.now, 1.0, out=progress.now)
 
     def _foresee(self, reached: float, after: float) -> None:
         """Move the trial from `reached` s after the state to `after`, by parabolas through what is known."""
@@ -288,32 +357,54 @@ class Heat:
         if self.model.scene.solver.step is not None or not self._started:
             return 0.0
         if method.error is None:
-            predicted = self.temperature + step * self.rate
-            return 0.5 * float(np.max(np.abs(self._trial - predicted)))
+            off = self._scratch
+            np.multiply(self.rate, step, out=off)
+            off += self.temperature
+            np.subtract(self._trial, off, out=off)
+            return 0.5 * _largest(off)
         k, diagonal = self._krylov, method.diagonal * step
         np.dot(step * np.array(method.error), self._flows, out=k.r)
+        reactions = self.model.reactions
+        if reactions is not None:
+            # The error of a degree is heat that is missing from the temperature.
+            volume = self.model.grid.volume.reshape(len(self.model.materials), -1)
+            for p in np.flatnonzero(reactions.kind != EQUILIBRIUM):
+                np.dot(step * np.array(method.error), self._rates[:, p], out=self._scratch)
+                self._scratch *= volume[reactions.material[p]]
+                self._scratch *= reactions.taken[p]
+                np.subtract(k.r, self._scratch, out=k.r)
         factor_lines(self._field, diagonal, self._nx, self._plane, k)
         self.count[1] += conjugate_gradients(self._correction, self._nx, self._plane, k, 0.1, 200)
-        return float(np.max(np.abs(self._correction)))
+        return _largest(self._correction)
 
     def accept(self, step: float) -> None:
         """Make the attempted state the present one, and keep account of its heat."""
         weights, first = self._weights
         used = slice(first, first + len(weights))
         inflow = step * weights @ self._inflows[used, :3] * self.model.mesh.parts
-        stored = float(np.sum(self._field.heat - self._heat)) * self.model.mesh.parts
+        change = self._scratch
+        np.subtract(self._field.heat, self._heat, out=change)
+        stored = float(np.sum(change)) * self.model.mesh.parts
+        given, taken = (
+            (0.0, 0.0) if self._progress is None else self._progress.exchanged * self.model.mesh.parts
+        )
         balance = self.balance
-        balance.stored += stored
+        balance.stored += stored + given - taken
+        balance.released += given - taken
         balance.exposed += inflow[0]
         balance.unexposed += inflow[1]
         balance.lateral += inflow[2]
         crossed = float(np.abs(inflow).sum())
         if self._cancelling:
             crossed = step * float((weights @ self._inflows[used, 3:]).sum()) * self.model.mesh.parts
-        # Of less than this, rounding of the stored heat is a millionth and more: a leaf at rest.
-        size = np.abs(self._field.heat).sum() + self._field.capacity @ np.abs(self._trial)
-        seen = max(crossed, SEEN * float(size) * self.model.mesh.parts)
-        balance.last = abs(stored - float(inflow.sum())) / seen
+        crossed += given + taken
+        off = abs(stored - float(inflow.sum()))
+        if off > PLAIN * crossed:
+            # Of less than this, rounding of the stored heat is a millionth and more: a leaf at rest.
+            size = float(np.sum(np.abs(self._field.heat, out=change)))
+            size += float(self._field.capacity @ np.abs(self._trial, out=change))
+            crossed = max(crossed, SEEN * size * self.model.mesh.parts)
+        balance.last = 0.0 if off == 0.0 else off / crossed
         balance.worst = max(balance.worst, balance.last)
         self.bend[:] = self.rate
         np.subtract(self._trial, self.temperature, out=self.rate)
@@ -327,6 +418,9 @@ class Heat:
         self.temperature[:] = self._trial
         self._heat[:] = self._field.heat
         last = len(weights) - 1 + first
+        if self._progress is not None:
+            self._progress.degree[:] = self._progress.now
+            self._rates[0] = self._rates[last]
         self._flows[0] = self._flows[last]
         self._inflows[0] = self._inflows[last]
         self.time += step
@@ -336,7 +430,8 @@ class Heat:
 
     def _check_tables(self) -> None:
         for name, what, end, nodes in self._ends:
-            hottest = int(nodes[np.argmax(self.temperature[nodes])])
+            there = np.take(self.temperature, nodes, out=self._scratch[: len(nodes)], mode="clip")
+            hottest = int(nodes[np.argmax(there)])
             if self.temperature[hottest] > end:
                 x, y, z = self.model.nodes[hottest]
                 self.status = Status(
@@ -359,6 +454,11 @@ class Heat:
             f"stopped at {self.time:.3f} s: no step above {SHORTEST_STEP:g} s converges; look for"
             " a jump in a material's table",
         )
+
+
+def _largest(values: Array) -> float:
+    """The largest magnitude."""
+    return max(float(np.max(values)), -float(np.min(values)))
 
 
 def _table_ends(model: DoorModel) -> list[tuple[str, str, float, NDArray[np.int64]]]:

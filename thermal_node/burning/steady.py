@@ -19,10 +19,12 @@ def steady_state(model: DoorModel, time: float) -> Heat:
     """A march that has come to rest with the furnace's gas as it is at `time`, s.
 
     Implicit Euler with steps that grow without limit: each is a damped Newton step towards the
-    balance, and a long enough one is the balance. The march's status says if none was found.
+    balance, and a long enough one is the balance. What burns has burnt. The march's status says if none was
+    found.
     """
     heat = Heat(model, Constant(model.furnace(time)), IMPLICIT_EULER)
     heat.frozen = time
+    heat.burn_out()
     step = FIRST_STEP
     before = heat.temperature.copy()
     for _ in range(200):

@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from ..compiled.arithmetic import FAST
 from ..mesh.exchange import Exchange
+from .convection import Cavities, add_convection
 from .flows import Flows, exchange, flows_of
+from .reactions import Progress, Reactions, react, reacted_heat
 
 Array = NDArray[np.float64]
 
@@ -142,7 +144,9 @@ def lookup(tables: Tables, m: int, t: float) -> tuple[float, float, float, float
 
 
 @njit(cache=True, fastmath=FAST)
-def heat_at(tables: Tables, volume: Array, i: int, t: float) -> tuple[float, float]:
+def heat_at(
+    tables: Tables, volume: Array, i: int, t: float, reactions: Reactions | None, progress: Progress | None
+) -> tuple[float, float]:
     """H (J) and dH/dT (J/K) of node i at temperature t."""
     heat, capacity = 0.0, 0.0
     for m in range(volume.shape[0]):
@@ -151,15 +155,30 @@ def heat_at(tables: Tables, volume: Array, i: int, t: float) -> tuple[float, flo
             h, c, _, _ = lookup(tables, m, t)
             heat += v * h
             capacity += v * c
+    if reactions is not None:
+        reacted = reacted_heat(volume, reactions, progress, i, t)
+        heat += reacted[0]
+        capacity += reacted[1]
     return heat, capacity
 
 
 @njit(cache=True, fastmath=FAST)
 def evaluate(
-    temperature: Array, surroundings: Array, tables: Tables, grid: Grid, surface: Surface, field: Field
+    temperature: Array,
+    surroundings: Array,
+    tables: Tables,
+    grid: Grid,
+    surface: Surface,
+    field: Field,
+    g: float,
+    cavities: Cavities | None,
+    reactions: Reactions | None,
+    progress: Progress | None,
 ) -> None:
-    """Fill `field` at a temperature field and its surroundings.
+    """Fill `field` at a temperature field and its surroundings; `progress` as far as that goes.
 
+    g : s, length of the stage that reactions go on in
+    cavities, reactions : None where there are none, and then no code is made for them
     surroundings (3, 3) : gas temperature (°C), radiation temperature (°C) and flux (W/m2) of each surface
     """
     count, nz, ny, nx = grid.volume.shape
@@ -190,6 +209,10 @@ def evaluate(
         plane,
     )
     exchange(field.enthalpy, field.density_heat, grid.mass, field.capacitance, heat, field.flows, nx, plane)
+    if cavities is not None:
+        add_convection(temperature, cavities, grid.conduction, field.conductance, field.flow, plane)
+    if reactions is not None:
+        react(temperature, g, volume, reactions, progress, heat, capacity)
     _surfaces(temperature, surroundings, surface, field)
 
 

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from ..compiled.arithmetic import FAST
 from .conduction import Field, Grid, Surface, Tables, evaluate, heat_at
+from .convection import Cavities
 from .linear import Krylov, conjugate_gradients, factor_lines
 from .newton import NewtonWork, exact_step
+from .reactions import Progress, Reactions
 
 Array = NDArray[np.float64]
 
@@ -46,11 +48,14 @@ def solve_stage(
     step: Array,
     count: NDArray[np.int64],
     most: int,
+    cavities: Cavities | None,
+    reactions: Reactions | None,
+    progress: Progress | None,
 ) -> int:
     """Solve in place for temperature (N,), °C; `field` is left evaluated there.
 
     base : B (N,), J; g : s; surroundings (3, 3) : see evaluate; newton, step (N,) : work
-    count (2,) : evaluations and linear iterations, added to
+    count (2,) : evaluations and linear iterations, added to; cavities, reactions, progress : see evaluate
     """
     _count, _nz, ny, nx = grid.volume.shape
     plane = nx * ny
@@ -61,7 +66,7 @@ def solve_stage(
     if can_be_exact:
         newton.start[:] = temperature
     for iteration in range(most):
-        evaluate(temperature, surroundings, tables, grid, surface, field)
+        evaluate(temperature, surroundings, tables, grid, surface, field, g, cavities, reactions, progress)
         count[0] += 1
         residual, moved, rounding, conducted = 0.0, 0.0, 0.0, 0.0
         along = field.conductance.z
@@ -79,6 +84,8 @@ def solve_stage(
         if not residual < 1e300 and (exact or not can_be_exact):
             return NOT_FINITE
         through = g * (field.surface_flow[3] + field.surface_flow[4] + field.surface_flow[5])
+        if reactions is not None and progress is not None:
+            through += progress.exchanged[0] + progress.exchanged[1]
         scale = HEAT_TOLERANCE * max(through, 0.01 * moved) + rounding
         # Thin metal at rest gets no nearer than rounding of what its nodes conduct to each other.
         if residual <= scale or (residual > 0.5 * previous and residual <= 4.0 * scale + conducted):
@@ -99,24 +106,32 @@ def solve_stage(
             count[1] += conjugate_gradients(step, nx, plane, krylov, LINEAR_TOLERANCE, 500)
         for i in range(n):
             if abs(step[i]) > 0.5:
-                temperature[i] = _not_past(tables, volume, i, temperature[i], step[i])
+                temperature[i] = _not_past(tables, volume, i, temperature[i], step[i], reactions, progress)
             else:
                 temperature[i] += step[i]
     return SLOW
 
 
 @njit(cache=True, fastmath=FAST)
-def _not_past(tables: Tables, volume: Array, i: int, t: float, step: float) -> float:
+def _not_past(
+    tables: Tables,
+    volume: Array,
+    i: int,
+    t: float,
+    step: float,
+    reactions: Reactions | None,
+    progress: Progress | None,
+) -> float:
     """t + step, or short of it where the node already holds the heat that the step meant."""
-    before, capacity = heat_at(tables, volume, i, t)
+    before, capacity = heat_at(tables, volume, i, t, reactions, progress)
     wanted = capacity * step
     low, high = t, t + step
-    heat, _ = heat_at(tables, volume, i, high)
+    heat, _ = heat_at(tables, volume, i, high, reactions, progress)
     if abs(heat - before) <= 1.1 * abs(wanted):
         return high
     for _ in range(40):
         middle = 0.5 * (low + high)
-        heat, _c = heat_at(tables, volume, i, middle)
+        heat, _c = heat_at(tables, volume, i, middle, reactions, progress)
         if abs(heat - before) > abs(wanted):
             high = middle
         else:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..scene.leaf_part import Leaf
 from ..scene.schema import Scene
+from .gaps import gaps_of
 from .grading import Array, graded_both, graded_from_end
-from .leaf import LeafMesh, leaf_mesh
+from .leaf import CONTACT, LeafMesh, leaf_mesh
 
-THIN = 3e-3
-"""m; a layer up to this thick gets one brick where the scene gives no count."""
 THICK_BRICKS = {"full": 12, "column_rim": 24, "column": 60}
 MIDDLE_TO_FACE = 1.5
 """How much wider a thick layer's middle bricks are than those at its faces."""
@@ -22,10 +22,8 @@ def door_mesh(scene: Scene) -> LeafMesh:
     half at +x, or the whole.
     """
     leaf, dimension = scene.leaf, scene.solver.dimension
-    counts = scene.mesh.layers or tuple(
-        1 if layer.thickness <= THIN else THICK_BRICKS[dimension] for layer in leaf.layers
-    )
-    z, layer_of = _through(scene, counts)
+    counts = scene.mesh.layers or tuple(layer.bricks(THICK_BRICKS[dimension]) for layer in leaf.layers)
+    z, stations = _through(leaf, counts)
     mirror: tuple[str, ...] = ()
     x: Array = np.zeros(1)
     y: Array = np.zeros(1)
@@ -39,13 +37,19 @@ def door_mesh(scene: Scene) -> LeafMesh:
         y = _across(scene, leaf.height, scene.mesh.in_plane[1], mirror_y)
         mirror += ("y",) if mirror_y else ()
 
-    names = tuple(dict.fromkeys(layer.material for layer in leaf.layers))
+    names = tuple(dict.fromkeys(layer.material for layer in leaf.layers if not layer.is_cavity))
     if leaf.rim is not None and leaf.rim.material not in names:
         names += (leaf.rim.material,)
     bricks = (len(z) - 1, max(len(y) - 1, 1), max(len(x) - 1, 1))
     material = np.empty(bricks, dtype=np.int64)
-    for index, layer in enumerate(leaf.layers):
-        material[layer_of == index] = names.index(layer.material)
+    gaps = gaps_of(leaf)
+    solids, at = len(names), 0
+    for k, (index, is_contact) in enumerate(stations):
+        if is_contact or leaf.layers[index].is_cavity:
+            material[k] = solids + at
+            at += 1
+        else:
+            material[k] = names.index(leaf.layers[index].material)
     through = np.ones(bricks)
     lateral = (
         len(x) > 1 and "x" not in mirror,
@@ -69,15 +73,23 @@ def door_mesh(scene: Scene) -> LeafMesh:
     steady = scene.solver.model == "steady" and scene.exposed.held is None
     held = (bool(scene.exposed.held) or steady, bool(scene.unexposed.held))
     finite_elements = scene.mesh.discretisation == "finite_element"
-    return leaf_mesh(x, y, z, material, names, through, lateral, layer_of, mirror, held, finite_elements)
+    layer_of = np.array([CONTACT if is_contact else index for index, is_contact in stations])
+    return leaf_mesh(
+        x, y, z, material, names, through, lateral, layer_of, mirror, held, finite_elements, len(gaps)
+    )
 
 
-def _through(scene: Scene, counts: tuple[int, ...]) -> tuple[Array, np.ndarray]:
-    """Nodes through the thickness, and the layer of each brick."""
-    z = [np.zeros(1)]
-    for layer, count in zip(scene.leaf.layers, counts, strict=True):
+def _through(leaf: Leaf, counts: tuple[int, ...]) -> tuple[Array, list[tuple[int, bool]]]:
+    """Nodes through the thickness, and of each brick its layer and whether it is the contact before it."""
+    z: list[Array] = [np.zeros(1)]
+    stations: list[tuple[int, bool]] = []
+    for index, (layer, count) in enumerate(zip(leaf.layers, counts, strict=True)):
+        if layer.contact_resistance is not None:
+            z.append(z[-1][-1:])
+            stations.append((index, True))
         z.append(z[-1][-1] + graded_both(layer.thickness, count, MIDDLE_TO_FACE)[1:])
-    return np.concatenate(z), np.repeat(np.arange(len(counts)), counts)
+        stations += [(index, False)] * count
+    return np.concatenate(z), stations
 
 
 def _across(scene: Scene, size: float, count: int, mirrored: bool) -> Array:

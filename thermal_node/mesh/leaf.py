@@ -13,6 +13,9 @@ they are the trapezium rule's: its heat is not asked for.
 
 Finite elements: trilinear bricks with consistent capacity, as most programs have them; surfaces are
 lumped at their nodes.
+
+Gaps (gaps.py) come after all materials. They exchange heat along z alone, weighed by their area, and hold
+none, in either discretisation.
 """
 
 from __future__ import annotations
@@ -27,6 +30,13 @@ from .quadrature import halves, shares
 
 Array = NDArray[np.float64]
 
+CONTACT = -1
+"""The layer of a brick that is a contact between two layers, 0 m thick."""
+BRIDGED = 1e-6
+"""m of its own material by which a rim bridges a contact: it goes on there as if there were none."""
+MARK = 1e-12
+"""m3 for 1 m2 by which a gap's nodes are marked as its own; it holds no heat."""
+
 
 @dataclass(frozen=True)
 class LeafMesh:
@@ -34,15 +44,17 @@ class LeafMesh:
 
     Attributes
     ----------
-    x (nx,), y (ny,), z (nz,) : m; one entry where the model does not resolve a direction
-    volume (M, nz, ny, nx) : m3 of each material at each node
-    conduction : of each material, m; for an edge its cross-section over its length
+    x (nx,), y (ny,), z (nz,) : m; one entry where the model does not resolve a direction; z twice where
+        layers touch with a resistance
+    volume (M, nz, ny, nx) : m3 of each material at each node; of a gap more than 0 where it has nodes
+    conduction : of each material, m; for an edge its cross-section over its length; of a gap its area, m2
     mass : of each material, m3; what a consistent capacity has beside the lumped one
     exposed_area, unexposed_area (ny, nx) : m2; lateral_area (nz, ny, nx) : m2
-    brick_layer (bz,) : layer of each brick through the thickness
-    brick_material (bz, by, bx) : index into material_names
+    brick_layer (bz,) : layer of each brick through the thickness, or CONTACT
+    brick_material (bz, by, bx) : index into material_names; gaps come after those
     mirror : the directions ("x", "y") in which the modelled part is mirrored to the whole
     finite_elements : whether bricks are trilinear elements, not finite volumes
+    gaps : how many gaps there are; arrays of all materials (M) have them last
     """
 
     x: Array
@@ -59,6 +71,7 @@ class LeafMesh:
     brick_material: NDArray[np.int64]
     mirror: tuple[str, ...]
     finite_elements: bool
+    gaps: int = 0
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -89,6 +102,7 @@ def leaf_mesh(
     mirror: tuple[str, ...] = (),
     held: tuple[bool, bool] = (False, False),
     finite_elements: bool = False,
+    gaps: int = 0,
 ) -> LeafMesh:
     """Collect the bricks of a tensor grid at its nodes.
 
@@ -96,12 +110,12 @@ def leaf_mesh(
     brick_material (bz, by, bx) : index into `material_names` (1 brick where not resolved)
     through_factor (bz, by, bx) : scales conduction along z (a rim with poor contact)
     held : whether the exposed and the unexposed face are held at a temperature
-    finite_elements : trilinear bricks instead of finite volumes
+    finite_elements : trilinear bricks instead of finite volumes; gaps : how many there are
     lateral : whether the sides at -x, +x, -y, +y are the leaf's edge and not a symmetry plane
     """
     dx, dy, dz = (np.diff(c) if len(c) > 1 else np.ones(1) for c in (x, y, z))
     nz, ny, nx = len(z), len(y), len(x)
-    count = len(material_names)
+    count = len(material_names) + gaps
     if through_factor is None:
         through_factor = np.ones(brick_material.shape)
     size = dz[:, None, None] * dy[None, :, None] * dx[None, None, :]
@@ -112,7 +126,7 @@ def leaf_mesh(
     else:
         across = shares(x, _runs(brick_material, 2), ("x" in mirror, False))
         up = shares(y, _runs(brick_material, 1), ("y" in mirror, False))
-        through = shares(z, brick_layer, held)
+        through = shares(z, _stretches(brick_layer), held)
 
     def to_nodes(bricks: Array, axes: str) -> Array:
         """Share what bricks hold among their nodes along each of `axes`; elsewhere by edge."""
@@ -134,9 +148,13 @@ def leaf_mesh(
 
     resolved = "".join(axis for axis, nodes in zip("xyz", (nx, ny, nz), strict=True) if nodes > 1)
     there = [along for along in Exchange._fields if set(along) <= set(resolved)]
-    mine: Array = np.stack([brick_material == m for m in range(count)]) * size
+    is_of = np.stack([brick_material == m for m in range(count)])
+    is_gap = (np.arange(count) >= count - gaps)[:, None, None, None]
+    mine: Array = is_of * ~is_gap * size
+    area = np.broadcast_to(dy[:, None] * dx, size.shape)
+    length = np.where(dz > 0.0, dz, BRIDGED)[:, None, None]
     conducts = {"x": mine / dx**2, "y": mine / dy[:, None] ** 2}
-    conducts["z"] = mine * through_factor / dz[:, None, None] ** 2
+    conducts["z"] = np.where(is_gap, is_of * area, is_of * area * (through_factor / length))
     nothing: Array = np.zeros((count, 0, 0, 0))
     conduction = dict.fromkeys(Exchange._fields, nothing)
     mass = dict.fromkeys(Exchange._fields, nothing)
@@ -144,6 +162,8 @@ def leaf_mesh(
         order = len(along)
         if order == 1 or finite_elements:
             sides = np.sum([conducts[axis] for axis in along], axis=0)
+            if order > 1:
+                sides = sides * ~is_gap
             conduction[along] = part((-1 / 6) ** (order - 1) * sides, along)
         if finite_elements:
             mass[along] = part(-((-1 / 6) ** order) * mine, along)
@@ -163,7 +183,7 @@ def leaf_mesh(
         x=x,
         y=y,
         z=z,
-        volume=np.stack([to_nodes(m, "xyz") for m in mine]),
+        volume=np.stack([to_nodes(m, "xyz") for m in np.where(is_gap, is_of * area * MARK, mine)]),
         conduction=Exchange(**conduction),
         mass=Exchange(**mass),
         exposed_area=face,
@@ -174,7 +194,13 @@ def leaf_mesh(
         brick_material=brick_material,
         mirror=mirror,
         finite_elements=finite_elements,
+        gaps=gaps,
     )
+
+
+def _stretches(brick_layer: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Which layer or gap each brick through the thickness belongs to, counted from 0."""
+    return np.concatenate([[0], np.cumsum(np.diff(brick_layer) != 0)])
 
 
 def _runs(brick_material: NDArray[np.int64], axis: int) -> NDArray[np.int64]:

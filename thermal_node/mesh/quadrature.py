@@ -52,6 +52,8 @@ def shares(line: Array, run: NDArray[np.int64], even: tuple[bool, bool]) -> Arra
 
 def _layer(x: Array, mirrored: tuple[bool, bool]) -> Array:
     n = len(x)
+    if x[-1] == x[0]:
+        return halves(n)
     source = np.arange(n)
     before = source[1:3][::-1] if mirrored[0] else source[:0]
     after = source[-3:-1][::-1] if mirrored[1] else source[:0]

@@ -15,7 +15,7 @@ class WholeLeaf:
     """Nodes and bricks of the whole leaf.
 
     nodes (N, 3), m; source (N,) : the modelled node that each stands for
-    hexahedra (C, 8) : VTK_HEXAHEDRON order; layer (C,)
+    hexahedra (C, 8) : VTK_HEXAHEDRON order; layer (C,); contacts, 0 m thick, are none of them
     x (nx,), y (ny,), z (nz,) : the grid's lines, m
     """
 
@@ -36,8 +36,9 @@ def whole_leaf(mesh: LeafMesh, width: float, height: float) -> WholeLeaf:
     nx, ny = len(mesh.x), len(mesh.y)
     source = (iz[:, None, None] * ny + iy[None, :, None]) * nx + ix[None, None, :]
     zz, yy, xx = np.meshgrid(z, y, x, indexing="ij")
-    bz, by, bx = len(z) - 1, len(y) - 1, len(x) - 1
-    k, j, i = np.meshgrid(np.arange(bz), np.arange(by), np.arange(bx), indexing="ij")
+    by, bx = len(y) - 1, len(x) - 1
+    there = np.flatnonzero(np.diff(z) > 0.0)
+    k, j, i = np.meshgrid(there, np.arange(by), np.arange(bx), indexing="ij")
     base = ((k * len(y) + j) * len(x) + i).ravel()
     row, plane = len(x), len(x) * len(y)
     corner = np.array([0, 1, row + 1, row])

@@ -9,14 +9,19 @@ import numpy as np
 from ..furnace.furnace import FILM_COEFFICIENT, Furnace, furnace_of
 from ..furnace.tabled import Radiation, Table, flux_of, radiation_of
 from ..heat.conduction import Array, Grid, Surface, Tables
+from ..heat.convection import Cavities
+from ..heat.reactions import Reactions
 from ..mesh.door import door_mesh
 from ..mesh.exchange import Exchange
+from ..mesh.gaps import gaps_of
 from ..mesh.leaf import LeafMesh
 from ..scene.furnace_part import SurfacePart
 from ..scene.parts import MaterialPart, Property
 from ..scene.schema import Scene
 from ..scene.standards import STANDARDS
+from .gap import NO_CAVITIES, cavities_of, gap_material
 from .materials import STEEL_DENSITY, Curve, Material, constant, steel, table
+from .reacting import NO_REACTIONS, reactions_of
 from .rebate import free_edge
 
 HELD = 1e9
@@ -35,6 +40,7 @@ class DoorModel:
     gas : for the exposed, unexposed and lateral surface, whether it is the furnace's
     radiation : °C over time, where the furnace does not radiate at its gas' temperature
     flux : for the same surfaces, W/m2 over time that enters besides
+    cavities, reactions : of whose air moves, and what materials give or take once; None where neither is
     """
 
     scene: Scene
@@ -47,6 +53,8 @@ class DoorModel:
     furnace: Furnace
     radiation: Radiation | None
     flux: tuple[Table | None, Table | None, Table | None]
+    cavities: Cavities | None
+    reactions: Reactions | None
     ambient: float
     initial: float
 
@@ -59,7 +67,9 @@ class DoorModel:
 def door_model(scene: Scene) -> DoorModel:
     """Build the model of a scene. Raises SceneError where a furnace's log can't be used."""
     mesh = door_mesh(scene)
+    gaps = gaps_of(scene.leaf)
     materials = tuple(material_of(name, scene) for name in mesh.material_names)
+    materials += tuple(gap_material(gap) for gap in gaps)
     nz, ny, nx = mesh.shape
     area = np.zeros((3, nz, ny, nx))
     area[0, 0] = mesh.exposed_area
@@ -75,6 +85,11 @@ def door_model(scene: Scene) -> DoorModel:
         film[i], emissivity[i] = _meets(part, default_film[i], default_emissivity[i])
         if part.held or (steady and i == 0 and part.held is None):
             film[i], emissivity[i] = HELD, 0.0
+    # Kernels are compiled for a door without either, or for one that may have both.
+    cavities = cavities_of(scene.leaf, len(mesh.material_names))
+    reactions = reactions_of(materials, mesh)
+    if (cavities is None) != (reactions is None):
+        cavities, reactions = cavities or NO_CAVITIES, reactions or NO_REACTIONS
     return DoorModel(
         scene=scene,
         mesh=mesh,
@@ -93,6 +108,8 @@ def door_model(scene: Scene) -> DoorModel:
         ),
         furnace=furnace_of(scene.furnace, scene.source, STANDARDS[scene.criteria.standards[0]].curve),
         radiation=radiation_of(scene.furnace.radiation),
+        cavities=cavities,
+        reactions=reactions,
         flux=(flux_of(scene.exposed.flux), flux_of(scene.unexposed.flux), flux_of(scene.lateral.flux)),
         ambient=scene.ambient,
         initial=scene.start,
@@ -108,23 +125,25 @@ def _compact(mesh: LeafMesh, materials: tuple[Material, ...]) -> Exchange:
     """
     share = np.zeros_like(mesh.volume)
     thickness = np.diff(mesh.z)
-    for m, material in enumerate(materials):
+    for m, material in enumerate(materials[: len(mesh.material_names)]):
         heat = material.density * float(material.specific_heat.values.max())
         slowest = float(material.conductivity.values.min())
         settles = thickness**2 * heat / (12.0 * slowest)
-        part = np.minimum(1.0, QUICK / settles) / 12.0
+        part = QUICK / np.maximum(settles, QUICK) / 12.0
         share[m, :-1] = mesh.conduction.z[m, :-1] * (part * thickness**2)[:, None, None]
     return mesh.mass._replace(z=share)
 
 
 def _consistent(mesh: LeafMesh, materials: tuple[Material, ...]) -> Exchange:
-    """The consistent capacity's exchange, m3, of materials whose specific heat has no peak.
+    """The consistent capacity's exchange, m3, of materials without a peak of specific heat or reactions.
 
-    A node at a peak would hardly take part in what its neighbours exchange, however they share it:
-    capacity is lumped there, as for a change of phase.
+    A node at a peak would hardly take part in what its neighbours exchange, however they share it: capacity
+    is lumped there, as for a change of phase.
     """
     heats = [material.specific_heat.values for material in materials]
-    even = np.array([float(c.max() <= PEAK * c.min()) for c in heats])
+    even = np.array(
+        [float(c.max() <= PEAK * c.min() and not m.reactions) for c, m in zip(heats, materials, strict=True)]
+    )
     return Exchange(*(even[:, None, None, None] * part for part in mesh.mass))
 
 
@@ -168,6 +187,8 @@ def material_of(name: str, scene: Scene) -> Material:
         youngs_modulus=curve(part.youngs_modulus, base.youngs_modulus, constant(0.0)),
         poissons_ratio=poisson if poisson is not None else (0.3 if eurocode else 0.0),
         elongation=stretch,
+        reactions=part.all_reactions(),
+        oxygen_diffusivity=part.oxygen_diffusivity or 0.0,
     )
 
 
@@ -187,7 +208,7 @@ def _tables(materials: tuple[Material, ...]) -> Tables:
         start=np.array(start),
         knot=np.concatenate(knots),
         enthalpy=np.concatenate([m.enthalpy(t) for m, t in pairs]),
-        capacity=np.concatenate([m.density * m.specific_heat(t) for m, t in pairs]),
+        capacity=np.concatenate([m.remaining * m.specific_heat(t) for m, t in pairs]),
         theta=np.concatenate([m.conductivity.integrated(t) for m, t in pairs]),
         conductivity=np.concatenate([m.conductivity(t) for m, t in pairs]),
         bin=np.array(bins),

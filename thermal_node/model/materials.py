@@ -17,6 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..scene.reactions_part import ReactionPart
+
 Array = NDArray[np.float64]
 
 EUROCODE_LOW, EUROCODE_HIGH = 20.0, 1200.0
@@ -177,10 +179,17 @@ class Material:
     youngs_modulus: Curve = field(default_factory=lambda: constant(1.0))
     poissons_ratio: float = 0.0
     elongation: Curve = field(default_factory=lambda: constant(0.0))
+    reactions: tuple[ReactionPart, ...] = ()
+    oxygen_diffusivity: float = 0.0
+
+    @property
+    def remaining(self) -> float:
+        """Density of what stays in a fire, kg/m3."""
+        return self.density * (1.0 - sum(r.share * (1.0 - r.residue) for r in self.reactions))
 
     def enthalpy(self, temperature: ArrayLike) -> Array:
-        """Heat per volume from the specific heat's first knot, J/m3."""
-        return self.density * self.specific_heat.integrated(temperature)
+        """Heat per volume of what stays, from the specific heat's first knot, J/m3."""
+        return self.remaining * self.specific_heat.integrated(temperature)
 
 
 def _steel_knots() -> Array:

@@ -19,6 +19,8 @@ def free_edge(mesh: LeafMesh, depth: float) -> Array:
     z = mesh.z
     weight = np.zeros(len(z))
     for k, (low, high) in enumerate(pairwise(z)):
+        if high <= low:  # a contact between layers
+            continue
         end = min(high, depth)
         if end <= low:
             break

@@ -71,6 +71,7 @@ def _explain(error: Any, document: Any, source: str, overridden: list[str]) -> s
     cause = (error.get("ctx") or {}).get("error")
     if isinstance(cause, Misplaced):
         path = (*path, *cause.path)
+    cavity = "[cavity]" in path
     path = tuple(k for k in path if not _names_a_choice(k))
     line = line_of(document, path)
     where = f"{source}:{line}" if line else source
@@ -79,7 +80,7 @@ def _explain(error: Any, document: Any, source: str, overridden: list[str]) -> s
         where = f"{source}, override"
     message = str(error["msg"])
     if error["type"] == "extra_forbidden":
-        allowed = keys_beside(path)
+        allowed = keys_beside(path, cavity)
         near = difflib.get_close_matches(str(path[-1]), allowed, 1)
         right = f"did you mean {near[0]!r}?" if near else f"known here: {', '.join(allowed)}"
         return f"{where}: {key}: unknown key; {right}"

@@ -7,21 +7,21 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from flexsim_core.quantities import Misplaced, Part
+from flexsim_core.quantities import Misplaced, Part, unknown
 from pydantic import BeforeValidator, Field, model_validator
 
+from .library import LIBRARY
 from .quantities import (
     Count,
     Density,
-    Fraction,
     Number,
     Position,
     Positive,
-    Size,
     Thickness,
     between,
     number,
 )
+from .reactions_part import AnyMoisture, ReactionPart
 
 Series = tuple[Number, ...]
 RESERVED = ("ftp_", "en_", "en1_", "ul_", "astm_", "unexposed_")
@@ -79,13 +79,21 @@ class Property(Part):
         return min(v for v in values if v is not None)
 
 
+Diffusivity = Annotated[Number, between(0.0, 1e-3, "m2/s", "air has 2.05e-5", open_low=True)]
 AnyProperty = Annotated[Property, BeforeValidator(_property)]
 
 
 class MaterialPart(Part):
     """A material. What is left out of one called `steel`, or `standard: eurocode_3`, is
-    carbon steel's by EN 1993-1-2."""
+    carbon steel's by EN 1993-1-2.
 
+    library : a material of library.py, whose values stand where nothing else is said
+    density : kg/m3 as built, with what leaves in a fire; specific_heat : J/(kg K) of what stays
+    moisture, reactions : what it gives or takes once
+    oxygen_diffusivity : m2/s at 20 °C, of oxygen in its pores; left out, no air gets through
+    """
+
+    library: str | None = None
     standard: Literal["eurocode_3"] | None = None
     density: Density | None = None
     specific_heat: AnyProperty | None = None
@@ -94,6 +102,19 @@ class MaterialPart(Part):
     poissons_ratio: Annotated[Number, between(-0.5, 0.49, "")] | None = None
     elongation: AnyProperty | None = None
     yield_strength: AnyProperty | None = None
+    moisture: AnyMoisture = None
+    reactions: tuple[ReactionPart, ...] = ()
+    oxygen_diffusivity: Diffusivity | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_library(cls, given: Any) -> Any:
+        name = given.get("library") if isinstance(given, dict) else None
+        if name is None:
+            return given
+        if not isinstance(name, str) or name not in LIBRARY:
+            raise unknown(("library",), name, sorted(LIBRARY))
+        return {**LIBRARY[name].keys, **{key: value for key, value in given.items() if value is not None}}
 
     @model_validator(mode="after")
     def _possible(self) -> MaterialPart:
@@ -118,39 +139,24 @@ class MaterialPart(Part):
             raise Misplaced(("youngs_modulus",), "is negative; give at least 0 Pa")
         if self.yield_strength is not None and self.yield_strength.lowest() < 0.0:
             raise Misplaced(("yield_strength",), "is negative; give at least 0 Pa")
+        self._enough_mass()
         return self
 
+    def _enough_mass(self) -> None:
+        leaves = sum(r.share * (1.0 - r.residue) for r in self.all_reactions())
+        if leaves > 0.95:
+            key = "reactions" if self.reactions else "moisture"
+            raise Misplaced((key,), f"let {leaves:g} of the mass leave; give at most 0.95 in all")
+        for i, reaction in enumerate(self.reactions):
+            if reaction.oxygen == "diffusion" and self.oxygen_diffusivity is None:
+                raise Misplaced(
+                    ("reactions", i, "oxygen"),
+                    "is diffusion in a material without oxygen_diffusivity; give it, m2/s at 20 °C",
+                )
 
-class Layer(Part):
-    """One layer of the leaf, from the exposed face on."""
-
-    material: str
-    thickness: Thickness
-
-
-class Rim(Part):
-    """The channel that closes the leaf's edge and bridges its faces.
-
-    contact : 0 to 1, the share of the full channel's conduction through the thickness
-    """
-
-    material: str = "steel"
-    thickness: Thickness
-    contact: Fraction = 1.0
-
-
-class Leaf(Part):
-    """The door leaf."""
-
-    height: Size
-    width: Size
-    layers: Annotated[tuple[Layer, ...], Field(min_length=1, max_length=20)]
-    rim: Rim | None = None
-
-    @property
-    def thickness(self) -> float:
-        """m."""
-        return sum(layer.thickness for layer in self.layers)
+    def all_reactions(self) -> tuple[ReactionPart, ...]:
+        """Reactions, moisture first."""
+        return (() if self.moisture is None else (self.moisture.reaction(),)) + self.reactions
 
 
 class MeshPart(Part):

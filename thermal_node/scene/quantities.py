@@ -22,6 +22,8 @@ Position = Annotated[Number, between(-30.0, 30.0, "m", "metres, not millimetres"
 Density = Annotated[Number, between(0.5, 3e4, "kg/m3", "steel has 7850 kg/m3, not 7.85 g/cm3")]
 FilmCoefficient = Annotated[Number, between(0.0, 1e6, "W/(m2 K)")]
 Emissivity = Annotated[Number, between(0.0, 1.0, "")]
+GreyEmissivity = Annotated[Number, between(0.0, 1.0, "", open_low=True)]
+ContactResistance = Annotated[Number, between(0.0, 10.0, "m2 K/W", open_low=True)]
 Temperature = Annotated[Number, between(-273.15, 3000.0, "°C")]
 Ambient = Annotated[Number, between(-100.0, 200.0, "°C", "degrees Celsius, not kelvin")]
 Positive = Annotated[Number, between(0.0, math.inf, "", open_low=True)]

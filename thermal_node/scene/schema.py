@@ -14,9 +14,10 @@ from pydantic import Field, model_validator
 from .criteria_part import CriteriaPart, SealsPart
 from .deformation_part import DeformationPart
 from .furnace_part import FurnacePart, LateralPart, SurfacePart
+from .leaf_part import CavityLayer, Layer, Leaf
+from .library import LIBRARY
 from .parts import (
     RESERVED,
-    Leaf,
     MaterialPart,
     MeshPart,
     ProbesPart,
@@ -57,6 +58,24 @@ class Scene(Part):
         """Temperature of the leaf before the fire, °C."""
         return self.ambient if self.initial is None else self.initial
 
+    @model_validator(mode="before")
+    @classmethod
+    def _from_library(cls, given: Any) -> Any:
+        """Layers may name a material of the library that the scene says nothing of."""
+        if not isinstance(given, dict) or not isinstance(given.get("leaf"), dict):
+            return given
+        leaf, materials = given["leaf"], given.get("materials")
+        layers = leaf.get("layers")
+        parts = [*(layers if isinstance(layers, (list, tuple)) else ()), leaf.get("rim")]
+        named = [part.get("material") for part in parts if isinstance(part, dict)]
+        said = materials if isinstance(materials, dict) else {}
+        taken = {
+            name: {"library": name}
+            for name in named
+            if isinstance(name, str) and name in LIBRARY and name not in said
+        }
+        return {**given, "materials": {**said, **taken}} if taken else given
+
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
         self._materials_known()
@@ -70,15 +89,18 @@ class Scene(Part):
 
     def _materials_known(self) -> None:
         used: list[tuple[tuple[str | int, ...], str]] = [
-            (("leaf", "layers", i, "material"), layer.material) for i, layer in enumerate(self.leaf.layers)
+            (("leaf", "layers", i, "material"), layer.material)
+            for i, layer in enumerate(self.leaf.layers)
+            if not layer.is_cavity
         ]
         if self.leaf.rim is not None:
             used.append((("leaf", "rim", "material"), self.leaf.rim.material))
         known = sorted({*self.materials, "steel"})
         for path, name in used:
             if name not in known:
-                near = difflib.get_close_matches(name, known, 1)
+                near = difflib.get_close_matches(name, [*known, *LIBRARY], 1)
                 right = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+                right += f"; the library has {', '.join(LIBRARY)}"
                 raise Misplaced(path, f"is {name!r}, which materials does not hold; {right}")
         for name, material in self.materials.items():
             if name == "steel" or material.standard is not None:
@@ -93,6 +115,12 @@ class Scene(Part):
             given = getattr(self, section).layers
             if given is not None and len(given) != layers:
                 raise Misplaced((section, "layers"), f"has {len(given)} entries; give one a layer: {layers}")
+        for i, layer in enumerate(self.leaf.layers):
+            given = self.mesh.layers
+            if layer.is_cavity and given is not None and given[i] != 1:
+                raise Misplaced(
+                    ("mesh", "layers", i), f"is {given[i]} of a cavity, which heat crosses at once; give 1"
+                )
         rim = self.leaf.rim
         if rim is not None:
             if 2.0 * rim.thickness >= min(self.leaf.width, self.leaf.height):
@@ -113,6 +141,13 @@ class Scene(Part):
         off = off_the_leaf(self.leaf, self.deformation)
         if off is not None:
             raise Misplaced(*off)
+        cavity = any(layer.is_cavity for layer in self.leaf.layers)
+        if cavity and self.deformation.model != "none":
+            raise Misplaced(
+                ("deformation", "model"),
+                f"is {self.deformation.model} of a leaf with a cavity, whose skins bend apart, which is not"
+                " computed; give none",
+            )
         free = mechanism(self.leaf, self.deformation) if self.deformation.model != "none" else ""
         if free:
             raise Misplaced(("deformation",), free)
@@ -185,8 +220,8 @@ class Scene(Part):
                         )
 
 
-def keys_beside(path: tuple[Any, ...]) -> list[str]:
-    """Keys that a scene may have where the key `path` stands."""
+def keys_beside(path: tuple[Any, ...], cavity: bool = False) -> list[str]:
+    """Keys that a scene may have where the key `path` stands; `cavity` : of a layer that is one."""
     model: Any = Scene
     for key in path[:-1]:
         field = getattr(model, "model_fields", {}).get(key)
@@ -196,6 +231,8 @@ def keys_beside(path: tuple[Any, ...]) -> list[str]:
         if not found:
             return []
         model = found[0]
+    if cavity and getattr(model, "__origin__", model) is Layer:
+        model = CavityLayer
     return [name for name in model.model_fields if name not in ("source", "constant", "rule")]
 
 

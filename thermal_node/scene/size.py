@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from .deformation_part import DeformationPart
-from .parts import Leaf, MeshPart, SolverPart
+from .leaf_part import Leaf
+from .parts import MeshPart, SolverPart
 
 MOST_NODES = 1_500_000
 MOST_SHELL, MOST_BRICKS = 60_000, 40_000
 """Elements of a deformation whose equations are factored: memory grows faster than their number."""
 SECONDS_A_NODE, BYTES_A_NODE = 1.5e-4, 900.0
 """Of an hour's march, measured on the quarter door and the whole (docs/door.md); iterations grow besides."""
-THIN, THICK = 3e-3, {"full": 12, "column_rim": 24, "column": 60}
+THICK = {"full": 12, "column_rim": 24, "column": 60}
 
 
 def too_large(
@@ -18,7 +19,7 @@ def too_large(
 ) -> tuple[tuple[str, ...], str] | None:
     """Where a scene asks for too much, and the sentence that says so, or None."""
     dimension = solver.dimension
-    layers = mesh.layers or tuple(1 if x.thickness <= THIN else THICK[dimension] for x in leaf.layers)
+    layers = mesh.layers or tuple(x.bricks(THICK[dimension]) for x in leaf.layers)
     nx, ny = mesh.in_plane
     across = {"full": (nx + 1) * (ny + 1), "column_rim": nx + 1, "column": 1}[dimension]
     nodes = across * (sum(layers) + 1)

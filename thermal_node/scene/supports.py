@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .deformation_part import DeformationPart, Hinge, StopPart
-from .parts import Leaf
+from .leaf_part import Leaf
 
 HINGE_HEIGHTS = (-0.4, 0.0, 0.4)
 """Where hinges sit if the scene does not say: shares of the leaf's height from its centre."""
