@@ -3,10 +3,10 @@
 from html import escape
 
 import pytest
-from door_scenes import door
+from door_scenes import door, slab
 
 from thermal_node import load_scene, simulate
-from thermal_node.analysis.report import write_report
+from thermal_node.analysis.report import facts, write_report
 
 
 @pytest.fixture(scope="module")
@@ -42,3 +42,32 @@ def test_markdown_has_its_pictures_beside_it(run, tmp_path):
 def test_another_ending_is_refused(run, tmp_path):
     with pytest.raises(ValueError, match=r"\.html or \.md"):
         write_report(run, tmp_path / "report.pdf")
+
+
+WET = {"density": 600.0, "specific_heat": 1000.0, "conductivity": 0.2, "moisture": 0.05}
+
+
+def _moist(**changes):
+    return load_scene(slab(0.02, WET, 8, furnace={"curve": "iso_834"}, **changes))
+
+
+def test_the_heat_that_is_told_adds_up():
+    """In, out, taken by water and stored close the balance, and say that they are those of 1 m2."""
+    said = dict(facts(simulate(_moist(), 1800.0, 600.0)))
+    into, out, taken, stored = (
+        float(said[f"heat {name}"].removesuffix(" MJ for 1 m2 of the leaf"))
+        for name in (
+            "in through the exposed face",
+            "out through the unexposed face",
+            "taken by what evaporates or leaves",
+            "stored",
+        )
+    )
+    assert taken == pytest.approx(0.02 * 600.0 * 0.05 * 2.257, rel=1e-3)
+    assert into - out - taken == pytest.approx(stored, abs=3e-3)
+
+
+def test_a_steady_state_sums_no_heat():
+    """It has no duration, so MJ of the way there would mean nothing."""
+    said = dict(facts(simulate(_moist(solver={"model": "steady", "of": "column"}), 1800.0, 600.0)))
+    assert not any("MJ" in value for value in said.values())

@@ -205,6 +205,7 @@ def test_several_locks_close_the_free_corners():
         ({"stop": {"edges": ["top"]}}, "is on no side; give opens"),
         ({"opens": "towards_fire", "stop": {"edges": ["top", "top"]}}, "names an edge twice"),
         ({"hinge_line": 0.6}, "at most 0.2 m"),
+        ({"hinges": ["top", 0.0]}, r"hinges\.0: is 'top'; give a height in m"),
     ],
 )
 def test_supports_that_cant_be_are_refused(deformation, said):

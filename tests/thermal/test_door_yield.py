@@ -256,3 +256,12 @@ def test_strengths_are_a_scenes_or_eurocodes():
 def test_what_cant_yield_is_refused(changes, said):
     with pytest.raises(SceneError, match=said):
         load_scene(door(deformation={"model": "shell"}), changes)
+
+
+def test_layers_without_a_strength_cannot_yield():
+    """Asked to yield, a leaf none of whose materials can would be elastic in silence."""
+    sheet = [{"material": "plain", "thickness": 0.01}]
+    elastic = {"plain": {"youngs_modulus": MODULUS}}
+    with pytest.raises(SceneError, match=r"deformation\.yielding: is layered, and no material"):
+        leaf(elastic, sheet)
+    leaf(elastic, sheet, yielding="none")

@@ -40,6 +40,25 @@ def test_half_an_edge_is_between_a_free_one_and_a_covered_one():
     assert found["whole depth"] == pytest.approx(found["free"], abs=1.0)
 
 
+@pytest.mark.parametrize("discretisation", ["finite_volume", "finite_element"])
+@pytest.mark.parametrize(
+    ("depth", "free"), [(None, 0.002), (0.0005, 0.0005), (0.02, 0.001), (0.0515, 0.0015)]
+)
+def test_the_closed_mouth_of_a_cavity_takes_no_heat(depth, free, discretisation):
+    """Two sheets of 1 mm, 50 mm of air, no rim: of the edge the sheets alone are in the furnace."""
+    scene = door(mesh={"in_plane": [4, 4], "layers": [1, 1, 1], "discretisation": discretisation})
+    sheet = {"material": "steel", "thickness": 0.001}
+    cavity = {"cavity": 0.05, "emissivity": [0.9, 0.9], "convection": "still"}
+    scene["leaf"] = {"height": 2.0, "width": 1.0, "layers": [sheet, cavity, sheet]}
+    scene["lateral"] = EDGE if depth is None else {**EDGE, "depth": depth}
+    model = door_model(load_scene(scene))
+    assert np.asarray(model.surface.area[2]).sum() * model.mesh.parts == pytest.approx(6.0 * free, rel=1e-12)
+    scene["leaf"]["rim"] = sheet
+    model = door_model(load_scene(scene))
+    depth = 0.052 if depth is None else depth
+    assert np.asarray(model.surface.area[2]).sum() * model.mesh.parts == pytest.approx(6.0 * depth, rel=1e-12)
+
+
 def test_a_depth_beyond_the_leaf_is_refused():
     with pytest.raises(SceneError, match=r"lateral\.depth: is 0\.07; give at most the leaf's 0\.06 m"):
         load_scene(door(lateral={**EDGE, "depth": 0.07}))

@@ -212,3 +212,22 @@ def test_a_scene_can_be_changed_once_it_is_read():
     assert scene.criteria.standards == ("ftp_a", "en_1634")
     with pytest.raises(SceneError, match=r"criteria\.standard"):
         load_scene(door(criteria={"standard": []}))
+
+
+def test_a_binder_in_kilojoules_is_in_doubt():
+    """25000 (kJ/kg) read as J/kg burns with no heat worth telling; and water that left before the fire."""
+    scene = door(solver={"model": "column"})
+    binder = {"name": "binder", "share": 0.09, "heat_of_combustion": 25000.0,
+              "kinetics": {"frequency_factor": 0.056, "activation_energy": 21700.0}}  # fmt: skip
+    early = {"name": "crystal water", "share": 0.1, "latent_heat": 2e6, "temperature": [10, 15]}
+    scene["materials"]["rock_wool"]["reactions"] = [binder, early]
+    said = _verdict(scene)
+    assert "in doubt: materials.rock_wool: heat_of_combustion of binder is 25000 J/kg" in said
+    assert "crystal water begins at 10 °C and the leaf is at 20 °C" in said
+    binder["heat_of_combustion"], early["temperature"] = 2.5e7, [100, 150]
+    assert "in doubt" not in _verdict(scene)
+
+
+def _verdict(scene):
+    loaded = load_scene(scene)
+    return Criteria(loaded.criteria, probes_of(door_model(loaded)), 20.0).verdict()

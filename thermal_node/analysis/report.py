@@ -50,15 +50,11 @@ def criteria_table(run: Run) -> list[tuple[str, str, str, str]]:
 
 def facts(run: Run) -> list[tuple[str, str]]:
     """What the run was, in pairs of a name and a value."""
-    b = run.balance
     found = [
         ("duration", f"{run.time[-1] / 60.0:.0f} min" if len(run.time) else "0 min"),
         ("status", "ran to its end" if run.status.ok else run.status.reason),
         ("model", f"{run.model.scene.solver.model}, {len(run.nodes)} nodes, {run.steps} steps"),
-        ("heat in through the exposed face", f"{b.exposed / 1e6:.3f} MJ"),
-        ("heat out through the unexposed face", f"{-b.unexposed / 1e6:.3f} MJ"),
-        ("heat stored", f"{b.stored / 1e6:.3f} MJ"),
-        ("largest imbalance of a step", f"{b.worst:.1e}"),
+        *_heat(run),
     ]
     tolerance = run.furnace_tolerance
     if tolerance is not None:
@@ -70,6 +66,26 @@ def facts(run: Run) -> list[tuple[str, str]]:
         found.append(("bow at the end", f"{1e3 * run.bow[-1]:.1f} mm towards the fire"))
         found.append(("largest gap at an edge", f"{1e3 * run.gap.max():.1f} mm"))
     return found + structure(run)
+
+
+def _heat(run: Run) -> list[tuple[str, str]]:
+    """Where the heat came from and went."""
+    solver, b = run.model.scene.solver, run.balance
+    if solver.model == "steady":
+        return [("heat", "not summed: a steady state has none that comes or goes")]
+    of = {"column": " for 1 m2 of the leaf", "column_rim": " for 1 m of its height"}.get(solver.dimension, "")
+    found = [
+        ("heat in through the exposed face", b.exposed),
+        ("heat out through the unexposed face", -b.unexposed),
+    ]
+    if b.lateral:
+        found.append(("heat in through the edge", b.lateral))
+    if run.model.reactions is not None and len(run.model.reactions.kind):
+        what = "given by what burns or" if b.released >= 0.0 else "taken by what evaporates or"
+        found.append((f"heat {what} leaves", abs(b.released)))
+    found.append(("heat stored", b.stored))
+    said = [(name, f"{heat / 1e6:.3f} MJ{of}") for name, heat in found]
+    return [*said, ("largest imbalance of a step", f"{b.worst:.1e} of the heat that crossed in it")]
 
 
 def structure(run: Run) -> list[tuple[str, str]]:

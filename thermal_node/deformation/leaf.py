@@ -80,6 +80,11 @@ class Deformation:
             self._grid.mirror_in_y(0.0)
         self._holding.place(self._grid)
         self._strengths = tuple(yield_strength(name, scene) for name in names)
+        if scene.deformation.yielding == "layered" and all(curve is None for curve in self._strengths):
+            raise SceneError(
+                f"{scene.source}: deformation.yielding: is layered, and no material of the leaf has a"
+                " yield_strength; give one, Pa, or yielding: none"
+            )
         self._edges = {
             "left": np.array([[-0.5 * scene.leaf.width, s * half_y] for s in _ALONG]),
             "right": np.array([[0.5 * scene.leaf.width, s * half_y] for s in _ALONG]),
@@ -209,7 +214,7 @@ def _stiff(name: str, scene: Scene) -> Material:
     if not eurocode and (part is None or part.youngs_modulus is None):
         raise SceneError(
             f"{scene.source}: materials.{name}: lacks youngs_modulus; give it in Pa for the"
-            " deformation (rock wool: about 5e5)"
+            " deformation (rock wool: about 5e5, steel 2.1e11)"
         )
     return material_of(name, scene)
 

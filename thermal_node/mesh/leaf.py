@@ -49,7 +49,7 @@ class LeafMesh:
     volume (M, nz, ny, nx) : m3 of each material at each node; of a gap more than 0 where it has nodes
     conduction : of each material, m; for an edge its cross-section over its length; of a gap its area, m2
     mass : of each material, m3; what a consistent capacity has beside the lumped one
-    exposed_area, unexposed_area (ny, nx) : m2; lateral_area (nz, ny, nx) : m2
+    exposed_area, unexposed_area (ny, nx) : m2; lateral_area (nz, ny, nx) : m2, a cavity's mouth left out
     brick_layer (bz,) : layer of each brick through the thickness, or CONTACT
     brick_material (bz, by, bx) : index into material_names; gaps come after those
     mirror : the directions ("x", "y") in which the modelled part is mirrored to the whole
@@ -168,17 +168,15 @@ def leaf_mesh(
         if finite_elements:
             mass[along] = part(-((-1 / 6) ** order) * mine, along)
     face = to_nodes((dy[:, None] * dx)[None], "xy")[0]
-    side_x = to_nodes((dz[:, None] * dy)[:, :, None], "yz")[:, :, 0]
-    side_y = to_nodes(dz[:, None, None] * dx, "xz")[:, 0, :]
+    # A cavity is closed: where no rim bridges it, its mouth takes no part.
+    solid = brick_material < len(material_names)
+    side_x, side_y = dz[:, None] * dy, dz[:, None] * dx
     side = np.zeros((nz, ny, nx))
-    if lateral[0]:
-        side[:, :, 0] += side_x
-    if lateral[1]:
-        side[:, :, -1] += side_x
-    if lateral[2]:
-        side[:, 0, :] += side_y
-    if lateral[3]:
-        side[:, -1, :] += side_y
+    for end, at in ((0, 0), (1, -1)):
+        if lateral[end]:
+            side[:, :, at] += to_nodes((solid[:, :, at] * side_x)[:, :, None], "yz")[:, :, 0]
+        if lateral[2 + end]:
+            side[:, at, :] += to_nodes((solid[:, at, :] * side_y)[:, None, :], "xz")[:, 0, :]
     return LeafMesh(
         x=x,
         y=y,

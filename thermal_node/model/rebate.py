@@ -18,8 +18,10 @@ def free_edge(mesh: LeafMesh, depth: float) -> Array:
     """
     z = mesh.z
     weight = np.zeros(len(z))
+    # What stands at the leaf's edge, which is at the last nodes of every model.
+    solid = mesh.brick_material[:, -1, -1] < len(mesh.material_names)
     for k, (low, high) in enumerate(pairwise(z)):
-        if high <= low:  # a contact between layers
+        if not solid[k] or high <= low:  # a cavity's mouth, or a contact between layers
             continue
         end = min(high, depth)
         if end <= low:
@@ -27,4 +29,4 @@ def free_edge(mesh: LeafMesh, depth: float) -> Array:
         share = (end - low) / (high - low)
         weight[k] += (end - low) * (1.0 - 0.5 * share)
         weight[k + 1] += (end - low) * 0.5 * share
-    return np.asarray(weight[:, None, None] * (mesh.lateral_area.sum(axis=0) / z[-1]))
+    return np.asarray(weight[:, None, None] * (mesh.lateral_area.sum(axis=0) / np.diff(z)[solid].sum()))

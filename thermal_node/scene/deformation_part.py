@@ -20,6 +20,8 @@ Inset = Annotated[Number, between(0.0, 0.2, "m", "metres, not millimetres")]
 def _point(value: Any) -> Any:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return {"height": value}
+    if not isinstance(value, (dict, Part)):
+        raise ValueError(f"is {value!r}; give a height in m, or keys such as {{height: 0.8, play: 0.001}}")
     return value
 
 

@@ -7,6 +7,7 @@ water the most, 4190; silver conducts best, 429 W/(m K); tungsten and gold are d
 from __future__ import annotations
 
 from .parts import Property
+from .reactions_part import ReactionPart
 from .schema import Scene
 
 LIMITS: dict[str, tuple[float, float, str, str]] = {
@@ -16,6 +17,8 @@ LIMITS: dict[str, tuple[float, float, str, str]] = {
     "youngs_modulus": (1e2, 2e12, "Pa", "MPa or GPa"),
     "yield_strength": (1e3, 5e9, "Pa", "MPa"),
 }
+LEAST_HEAT = {"latent_heat": 2e4, "heat_of_combustion": 1e6}
+"""J/kg; lead melts with 2.3e4, and carbon monoxide burns with 1.0e7, which is little."""
 MOST_ELONGATION = 1e-3
 """1/K; steel has 1.2e-5."""
 MOST_FILM = 500.0
@@ -41,6 +44,7 @@ def doubts(scene: Scene) -> tuple[str, ...]:
                         f" more than {high:g}; is it in {slip}?"
                     )
                     break
+        found += [f"materials.{name}: {said}" for r in part.all_reactions() for said in _of(r, scene.start)]
         stretch = part.elongation
         if stretch is not None and stretch.constant is not None and abs(stretch.constant) > MOST_ELONGATION:
             found.append(
@@ -52,6 +56,23 @@ def doubts(scene: Scene) -> tuple[str, ...]:
         if film is not None and film > MOST_FILM:
             found.append(f"{surface}.film_coefficient is {film:g} W/(m2 K), ten times a hydrocarbon fire's")
     return tuple(found)
+
+
+def _of(reaction: ReactionPart, start: float) -> list[str]:
+    called = reaction.name or "a reaction"
+    found = []
+    for key, least in LEAST_HEAT.items():
+        given = getattr(reaction, key)
+        if given is not None and given < least:
+            found.append(
+                f"{key} of {called} is {given:g} J/kg, and hardly any is below {least:g}; is it in kJ/kg?"
+            )
+    if reaction.temperature is not None and reaction.temperature[0] < start:
+        found.append(
+            f"{called} begins at {reaction.temperature[0]:g} °C and the leaf is at {start:g} °C, so it"
+            " has gone, all or in part, before the fire"
+        )
+    return found
 
 
 def _values(given: Property | float | None) -> tuple[float, ...]:
