@@ -382,7 +382,7 @@ def figures(run: Run, elapsed: float) -> dict[str, Any]:
         "probes": {name: float(v[last]) for name, v in run.probes.items()} if last >= 0 else {},
         "bow": None if run.bow is None or last < 0 else float(run.bow[last]),
         "gap": None if run.gap is None or last < 0 else float(run.gap.max()),
-        "reactions": [vars(r) for r in run.shapes[max(run.shapes)].reactions] if run.shapes else [],
+        "support_forces": [vars(r) for r in run.shapes[max(run.shapes)].support_forces] if run.shapes else [],
         "utilisation": utilisation(run),
         "largest_imbalance": run.balance.worst,
         "furnace_tolerance": run.furnace_tolerance.broken if run.furnace_tolerance else None,
@@ -419,7 +419,7 @@ def print_figures(found: dict[str, Any]) -> None:
     if found["bow"] is not None:
         bow, gap = MILLIMETRES * found["bow"], MILLIMETRES * found["gap"]
         click.echo(f"bow {bow:.1f} mm towards the fire, largest gap at an edge {gap:.1f} mm")
-        borne = ", ".join(f"{r['name']} {r['force'] / KILO:.2f} kN" for r in found["reactions"])
+        borne = ", ".join(f"{r['name']} {r['force'] / KILO:.2f} kN" for r in found["support_forces"])
         click.echo(f"at the end, positive away from the fire: {borne}")
         if found["utilisation"]:
             click.echo(f"largest use of the yield strength: {found['utilisation']['said']}")

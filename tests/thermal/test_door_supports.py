@@ -112,7 +112,7 @@ RIGIDITY = 2e11 * 0.05 * 0.01**3 / 12.0
 
 
 def force_of(shape, beginning):
-    return sum(r.force for r in shape.reactions if r.name.startswith(beginning))
+    return sum(r.force for r in shape.support_forces if r.name.startswith(beginning))
 
 
 @pytest.mark.parametrize("kind", ["shell", "solid"])
@@ -137,7 +137,7 @@ def test_a_strip_against_the_stop_is_a_beam_on_supports(kind, clearance, end, op
     for name in ("hinge at -0.5", "hinge at 0.5", "lock at -0.5", "lock at 0.5"):
         assert force_of(shape, name) == pytest.approx(-0.5 * towards * end, rel=0.01)
     assert force_of(shape, "stop") == pytest.approx(2.0 * towards * end, rel=0.01)
-    assert sum(r.force for r in shape.reactions) == pytest.approx(0.0, abs=1e-6 * end)
+    assert sum(r.force for r in shape.support_forces) == pytest.approx(0.0, abs=1e-6 * end)
     reached = max(abs(out).max() for out in shape.edge_moved.values())
     # Read on the unexposed face; bricks also stretch through the thickness.
     assert reached == pytest.approx(clearance, abs=1e-8 if kind == "shell" else 1.3e-5)
@@ -174,11 +174,11 @@ def test_a_door_keeps_to_its_side_of_the_stop(opens):
     side = 1.0 if opens == "towards_fire" else -1.0
     for one in (half, whole):
         assert max((side * out).max() for out in one.edge_moved.values()) < 0.0005 + 1e-9
-        pushes = [r.force for r in one.reactions if r.points is not None]
+        pushes = [r.force for r in one.support_forces if r.points is not None]
         assert all(side * f <= 0.0 for f in pushes) and max(map(abs, pushes)) > 100.0
-        assert sum(r.force for r in one.reactions) == pytest.approx(0.0, abs=0.01)
+        assert sum(r.force for r in one.support_forces) == pytest.approx(0.0, abs=0.01)
     assert half.bow == pytest.approx(whole.bow, rel=1e-6)
-    for a, b in zip(half.reactions, whole.reactions, strict=True):
+    for a, b in zip(half.support_forces, whole.support_forces, strict=True):
         assert a.name == b.name and a.points == b.points
         assert a.force == pytest.approx(b.force, abs=0.01)
     assert half.gap < 0.9 * shape([-0.8, 0.0, 0.8]).gap or opens == "away_from_fire"

@@ -135,7 +135,7 @@ def test_a_strip_on_three_supports_is_an_elastic_plastic_beam(share):
 
 def moment_in_the_middle(shape):
     """Of a strip on three supports, over that of first yield."""
-    force = sum(r.force for r in shape.reactions if r.name in ("hinge at 0 m", "lock at 0 m"))
+    force = sum(r.force for r in shape.support_forces if r.name in ("hinge at 0 m", "lock at 0 m"))
     return 0.25 * LENGTH * force / FIRST
 
 
@@ -202,7 +202,7 @@ def test_a_run_says_what_its_supports_bear_and_how_near_it_is_to_yield(tmp_path)
     assert said["frame's stop"].startswith("none")
     assert "would yield" in said["largest use of the yield strength"]
     assert run.utilisation.share > 1.0 and run.utilisation_time in run.shapes
-    assert sum(r.force for r in run.shapes[600.0].reactions) == pytest.approx(0.0, abs=1e-3)
+    assert sum(r.force for r in run.shapes[600.0].support_forces) == pytest.approx(0.0, abs=1e-3)
     path = tmp_path / "door.yaml"
     path.write_text(json.dumps(scene))
     wool = "materials.rock_wool.youngs_modulus=5e5"
@@ -212,7 +212,7 @@ def test_a_run_says_what_its_supports_bear_and_how_near_it_is_to_yield(tmp_path)
     assert shown.exit_code == 0, shown.output
     found = json.loads(shown.stdout)
     assert found["utilisation"]["share"] > 0.0
-    assert [r["name"] for r in found["reactions"]][-1] == "lock at 0 m"
+    assert [r["name"] for r in found["support_forces"]][-1] == "lock at 0 m"
 
 
 def test_a_leaf_that_finds_no_balance_stops_the_run_and_gets_no_class(monkeypatch):

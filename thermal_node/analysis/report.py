@@ -94,7 +94,7 @@ def structure(run: Run) -> list[tuple[str, str]]:
         return []
     last = max(run.shapes)
     found = []
-    for r in run.shapes[last].reactions:
+    for r in run.shapes[last].support_forces:
         touching = "" if r.points is None else f", at {r.points} points of the mesh"
         found.append((f"{r.name} bears, at {last / 60.0:.0f} min", f"{r.force / 1e3:.2f} kN{touching}"))
     part = run.model.scene.deformation

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Reaction:
+class SupportForce:
     """What one support bears: force on the leaf, N, positive away from the fire.
 
     points : of a stop, how many nodes of the leaf's edge touch it; None of a hinge or lock
@@ -67,7 +67,7 @@ class Deflection:
     edge_gap : m, the largest distance by which each edge has left the frame's plane
     edge_place, edge_moved {edge: (E,)} : m along each edge, and out of the frame's plane there
     latch : the edge opposite to the hinges
-    reactions : of hinges, locks and the stop
+    support_forces : of hinges, locks and the stop
     utilisation : of the yield strength, None where no material of the leaf has one
     state : where layers yield, what the next shape goes on from
     """
@@ -78,7 +78,7 @@ class Deflection:
     edge_place: dict[str, Array] = field(default_factory=dict)
     edge_moved: dict[str, Array] = field(default_factory=dict)
     latch: str = "right"
-    reactions: tuple[Reaction, ...] = ()
+    support_forces: tuple[SupportForce, ...] = ()
     utilisation: Utilisation | None = None
     state: YieldState | None = None
 

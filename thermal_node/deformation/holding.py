@@ -10,7 +10,7 @@ from scipy.sparse import csc_matrix
 
 from ..scene.schema import Scene
 from ..scene.supports import Support, stop_of, supports
-from .deflection import Reaction
+from .deflection import SupportForce
 from .equilibrium import Equilibrium, Hold, joined
 
 Array = NDArray[np.float64]
@@ -96,7 +96,7 @@ class Holding:
             return Equilibrium(matrix, self._held)
         return Equilibrium(matrix, self._held, joined(self._holds), self._pinned, self._rigid)
 
-    def reactions(self, solved: Equilibrium, forces: Array, residual: Array) -> tuple[Reaction, ...]:
+    def support_forces(self, solved: Equilibrium, forces: Array, residual: Array) -> tuple[SupportForce, ...]:
         """What each support of the whole leaf bears.
 
         forces (m,) : of the holds on the modelled part, N
@@ -123,11 +123,11 @@ class Holding:
         for s in self._whole:
             height = abs(s.y) if self._mirrored else s.y
             off = [np.hypot(p.x - s.x, p.y - height) for p in self._points]
-            found.append(Reaction(s.name, float(borne[int(np.argmin(off))])))
+            found.append(SupportForce(s.name, float(borne[int(np.argmin(off))])))
         for edge in edges:
             modelled = "top" if self._mirrored and edge == "bottom" else edge
             number = count + edges.index(modelled)
-            found.append(Reaction(f"stop, {edge} edge", float(borne[number]), int(touching[number])))
+            found.append(SupportForce(f"stop, {edge} edge", float(borne[number]), int(touching[number])))
         return tuple(found)
 
     def _share(self, y: float) -> float:

@@ -122,7 +122,7 @@ class Deformation:
                 u, forces = solved.solve(load)
             utilisation = self._used_shell(at, u, state)
         self._u = u.reshape(-1, 3 if self.kind == "solid" else 5)
-        reactions = self._holding.reactions(solved, forces, matrix @ u - load)
+        support_forces = self._holding.support_forces(solved, forces, matrix @ u - load)
         leaf = self.model.scene.leaf
         x, y, t = 0.5 * leaf.width, 0.5 * leaf.height, leaf.thickness
         key = np.array([[-x, -y, t], [x, -y, t], [-x, y, t], [x, y, t], [0.0, 0.0, t]])
@@ -140,7 +140,7 @@ class Deformation:
             },
             edge_moved=moved,
             latch="right" if self.model.scene.deformation.hinge_side == "left" else "left",
-            reactions=reactions,
+            support_forces=support_forces,
             utilisation=utilisation,
             state=state,
         )
