@@ -21,7 +21,7 @@ from ..equations.dynamics.acceleration import NOT_VALID, OK
 from ..motion.envelope import Envelope
 from ..motion.simulation import Simulation
 from ..motion.validity import LOOK_PERIOD, Seen, ValidityWatch
-from .pace import SECOND, Histogram, Pace, go_first, sleep_finely
+from .pace import SECOND, Histogram, Pace, come_forward, go_first, sleep_finely, stand_back
 from .report import Report
 
 MODES = ("realtime", "lockstep", "fast")
@@ -142,6 +142,7 @@ class Loop:
         self._timed_out = False
         self._step_time, self._tick_time = Histogram(), Histogram()
         self._first = False
+        self._stood_back: dict[int, int] = {}  # threads' priorities while steps are as fast as they go
         self._moving = 0  # ns of elapsed time in which time went on
         self._since = 0  # when it began to go on, ns; 0 while it stands still
         self._window = (0.0, 0.0, 0)
@@ -238,6 +239,7 @@ class Loop:
     def step(self, count: int, progress: Callable[[int], bool] = lambda _: True) -> Future[int]:
         """Take control periods while paused, as fast as it goes; how many there were.
 
+        The process has no real-time priority then: others would hardly run, who ends the steps among them.
         Whatever else is asked for ends them early, and so does `progress`, which gets how many are done and
         says whether to go on.  In lockstep each waits for its command, but not longer than ten seconds.
         """
@@ -249,6 +251,8 @@ class Loop:
             self._end_job()
             self._starved = ""
             self._job = Job(done, count, progress, time.monotonic())
+            if self._first:
+                self._stood_back = stand_back()
             if count == 0 or self.trouble:
                 self._end_job()
 
@@ -473,6 +477,8 @@ class Loop:
     def _end_job(self) -> None:
         job, self._job = self._job, None
         if job is not None:
+            come_forward(self._stood_back)
+            self._stood_back = {}
             self._stop_clock()
             self._take_report(time.monotonic_ns())
             job.done.set_result(job.taken)
