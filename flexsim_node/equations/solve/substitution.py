@@ -17,7 +17,7 @@ from .interface import hand_load, take_answer
 from .joint_elimination import free, joint_vectors
 
 GRADIENTS = 200  # conjugate gradients at most
-RESIDUAL = 1e-8  # of the energy of what is found, that is left: a ten-thousandth of a correction
+RESIDUAL = 1e-14  # of the energy of what is found, that conjugate gradients leave
 
 
 @kernel
@@ -26,18 +26,23 @@ def solve(chain, work, rhs, out):
 
     With Rayleigh's alpha the nodes' velocities are spoiled: what looks at them comes before.
     """
-    solve_as(chain.co_moving, chain, work, rhs, out)
-    solve_damped(chain, work, rhs, out)
+    solve_within(chain, work, rhs, out, RESIDUAL)
 
 
 @kernel
-def solve_damped(chain, work, rhs, out):
+def solve_within(chain, work, rhs, out, residual):
+    """solve, with Rayleigh's alpha but for this share of the energy of what is found."""
+    solve_as(chain.co_moving, chain, work, rhs, out)
+    solve_damped(chain, work, rhs, out, residual)
+
+
+@kernel
+def solve_damped(chain, work, rhs, out, residual):
     """Let out (n,) be the answer with Rayleigh's alpha, from that without.
 
     The factors have it where it is the nodes' own.  Elsewhere its matrix, alpha P^T M P (damping.py), couples
     every elastic unknown with every other, and the factors are those of the rest.  They precondition
-    conjugate gradients, one to three where a step is short against 1/alpha: a method's Newton step leaves
-    more than RESIDUAL by the forces' curvature alone.
+    conjugate gradients, one to three where a step is short against 1/alpha.
     """
     if chain.setting[RELATIVE] == 0.0 or work.scale[1] == 0.0 or work.scale[3] != 1.0:
         return
@@ -51,7 +56,7 @@ def solve_damped(chain, work, rhs, out):
             energy += r[i] * z[i]
         # a step of unit length leaves as much of what is left as both matrices are apart
         share = 0.0 if k == 0 else energy / last
-        if not energy > 0.0 or (k > 0 and not max(apart * apart, share) * energy > RESIDUAL * found):
+        if not energy > 0.0 or (k > 0 and not max(apart * apart, share) * energy > residual * found):
             for i in range(n):
                 out[i] += z[i]
             return
