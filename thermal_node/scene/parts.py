@@ -24,8 +24,6 @@ from .quantities import (
 from .reactions_part import AnyMoisture, ReactionPart
 
 Series = tuple[Number, ...]
-RESERVED = ("ftp_", "en_", "en1_", "ul_", "astm_", "unexposed_")
-"""Beginnings of names that the standards' points, and what is read of the whole face, have."""
 
 
 def _property(value: Any) -> Any:
@@ -155,8 +153,12 @@ class MaterialPart(Part):
                 )
 
     def all_reactions(self) -> tuple[ReactionPart, ...]:
-        """Reactions, moisture first."""
-        return (() if self.moisture is None else (self.moisture.reaction(),)) + self.reactions
+        """Reactions, moisture first; one without a name is called after its place, reactions.0."""
+        named = tuple(
+            r if r.name else r.model_copy(update={"name": f"reactions.{n}"})
+            for n, r in enumerate(self.reactions)
+        )
+        return (() if self.moisture is None else (self.moisture.reaction(),)) + named
 
 
 class MeshPart(Part):
