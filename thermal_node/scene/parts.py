@@ -112,7 +112,13 @@ class MaterialPart(Part):
             return given
         if not isinstance(name, str) or name not in LIBRARY:
             raise unknown(("library",), name, sorted(LIBRARY))
-        return {**LIBRARY[name].keys, **{key: value for key, value in given.items() if value is not None}}
+        taken = dict(LIBRARY[name].keys)
+        for key, value in given.items():
+            if isinstance(value, dict) and list(value) == ["beyond"] and isinstance(taken.get(key), dict):
+                taken[key] = {**taken[key], **value}  # its table, with another end
+            elif value is not None:
+                taken[key] = value
+        return taken
 
     @model_validator(mode="after")
     def _possible(self) -> MaterialPart:
