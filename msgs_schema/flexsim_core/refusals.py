@@ -186,6 +186,6 @@ def _remedy(error: Any, place: _Place, inner: Collection[str]) -> str:
     if kind in ("string_type", "string_too_short"):
         return "give a name"
     if kind in COMPARED:
-        words, limit = COMPARED[kind]
-        return f"give {words} {context[limit]}"
+        compared, limit = COMPARED[kind]
+        return f"give {compared} {context[limit]}"
     return f"give another value ({error['msg']})"
