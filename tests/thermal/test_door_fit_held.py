@@ -148,9 +148,7 @@ def test_the_command_says_what_it_holds(tmp_path, two_sizes):
     assert json.loads(shown.stdout)["log"].endswith("wide.csv, " + words[3])
     assert held["rock_wool specific heat"]["seen"] and held["rock_wool specific heat"]["value"] == "1000"
     report = tmp_path / "door.md"
-    shown = CliRunner().invoke(
-        command, [*both[:3], "--keep-rim", "--report", str(report), "--duration", "60"]
-    )
+    shown = CliRunner().invoke(command, [*both[:3], "--report", str(report), "--duration", "60"])
     assert shown.exit_code == 0, shown.output
     assert "held as the scene has it" in shown.stdout and "3 thermocouples" in shown.stdout
     text = report.read_text()
