@@ -12,6 +12,7 @@ from flexsim_msgs.msg import (
     FireCriteria,
     LeafDeflection,
     LeafMesh,
+    Reactions,
     TemperatureField,
     Thermocouples,
 )
@@ -83,6 +84,8 @@ class ThermalNode(Node):
         self._furnace = publisher(Temperature, "furnace/temperature", queue)
         self._thermocouples = publisher(Thermocouples, "door/thermocouples", queue)
         self._criteria = publisher(FireCriteria, "door/criteria", queue)
+        reacts = bool(self.test.reacted.name)
+        self._reactions = publisher(Reactions, "door/reactions", queue) if reacts else None
         self._field = publisher(TemperatureField, "door/temperature_field", queue)
         self._points = publisher(PointCloud2, "door/temperature_points", queue)
         self._infrared = publisher(Image, "door/unexposed/image", queue)
@@ -157,6 +160,8 @@ class ThermalNode(Node):
             output(test, every, self._points, conversions.temperature_points),
             output(test, every, self._infrared, conversions.unexposed_image),
         ]
+        if self._reactions is not None:
+            outputs.append(output(test, 1, self._reactions, conversions.reactions))
         if self._clocks is not None and self.settings.publish_clock:
             # Last, so that who waits for this time finds the state that belongs to it.
             outputs.append(output(test, 1, self._clocks, lambda _, time: conversions.clock(time)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict
@@ -29,6 +29,32 @@ def unknown(path: tuple[str | int, ...], name: str, known: Sequence[str]) -> Mis
     near = difflib.get_close_matches(name, known, 1)
     choice = near[0] if near else "one of " + ", ".join(known)
     return Misplaced(path, f"is {name!r}, which does not exist; give {choice}")
+
+
+def each_once(
+    path: tuple[str | int, ...],
+    names: Iterable[str | None],
+    remedy: str,
+    below: tuple[str | int, ...] = (),
+    said: str = "is {!r}",
+) -> None:
+    """Refuse a list in which two entries bear one name, and name both.
+
+    path : of the list; names : one an entry, None where it has none; below : keys from an entry to its name
+    said : how the sentence begins, with the name in it
+
+    Raises
+    ------
+    Misplaced
+    """
+    first: dict[str, int] = {}
+    for n, name in enumerate(names):
+        if name is None:
+            continue
+        if name in first:
+            other = ".".join(str(key) for key in (*path, first[name]))
+            raise Misplaced((*path, n, *below), f"{said.format(name)} like {other}; {remedy}")
+        first[name] = n
 
 
 def number_in(units: str) -> Callable[[Any], Any]:

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
+from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError
+from ruamel.yaml.nodes import MappingNode, SequenceNode
 
 LARGEST_FILE = 2**20  # bytes
 MOST_VALUES, DEEPEST = 1_000_000, 50
@@ -36,6 +38,12 @@ def read_scene(path: Path, keys: str) -> Mapping[str, Any]:
         raise SceneError(f"{path}: can't be read ({problem}); give a YAML file") from None
     try:
         document = YAML(typ="rt", pure=True).load(text)
+    except DuplicateKeyError as problem:
+        key, line, first = _twice(text, problem)
+        raise SceneError(
+            f"{path}:{line}: not YAML: found duplicate key {key!r}, which is in line {first} already;"
+            " give each its own name"
+        ) from None
     except MarkedYAMLError as problem:
         mark = problem.problem_mark
         line = mark.line + 1 if mark else 1
@@ -46,6 +54,27 @@ def read_scene(path: Path, keys: str) -> Mapping[str, Any]:
         raise SceneError(f"{path}:1: not a scene; give keys such as {keys}")
     count_values(document, str(path))
     return document
+
+
+def _twice(text: str, problem: DuplicateKeyError) -> tuple[str, int, int]:
+    """A key that a mapping of a YAML text has twice, and the lines (from 1) of the second and the first."""
+    again = problem.problem_mark
+    waiting, seen = [YAML(typ="rt", pure=True).compose(text)], set()
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue  # an alias
+        seen.add(id(node))
+        if isinstance(node, SequenceNode):
+            waiting.extend(node.value)
+        elif isinstance(node, MappingNode):
+            waiting.extend(part for pair in node.value for part in pair)
+            keys = [key for key, _ in node.value]
+            for key in keys:
+                if key.start_mark.index == again.index:
+                    first = next(k for k in keys if k.value == key.value)
+                    return str(key.value), again.line + 1, first.start_mark.line + 1
+    return "", again.line + 1, again.line + 1
 
 
 def count_values(document: Any, source: str) -> None:
@@ -66,8 +95,21 @@ def count_values(document: Any, source: str) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Nested dicts, lists and numbers of Python's own, from ruamel's or NumPy's."""
+    """Nested dicts, lists and numbers of Python's own, from ruamel's or NumPy's.
+
+    Raises
+    ------
+    SceneError
+        where two keys are one word: 1 and "1"
+    """
     if isinstance(value, Mapping):
+        words: dict[str, Any] = {}
+        for key in value:
+            if str(key) in words:
+                raise SceneError(
+                    f"scene: keys {words[str(key)]!r} and {key!r} are one name; give each its own"
+                )
+            words[str(key)] = key
         return {str(k): plain(v) for k, v in value.items()}
     if hasattr(value, "tolist"):
         return plain(value.tolist())

@@ -25,6 +25,7 @@ FIELDS = {
     door_bag.THERMOCOUPLES: ["name", "temperature"],
     door_bag.TEMPERATURE: ["temperature"],
     door_bag.DEFLECTION: ["bow", "edge_name", "edge_gap"],
+    door_bag.REACTIONS: ["material", "reaction", "degree"],
 }
 
 
@@ -47,7 +48,7 @@ def door_part(reading: Reading) -> tuple[list[Section], dict[str, Any]]:
     """Look at a bag's door; its sections, and figures for programs."""
     there = topics(reading.bag)
     figures: dict[str, Any] = {"verdict": None, "criteria": None, "thermocouples": None, "furnace": None,
-                               "deflection": None}  # fmt: skip
+                               "deflection": None, "reactions": None}  # fmt: skip
 
     def series(kind: str, section: Section, what: str) -> Series | None:
         if kind not in there:
@@ -71,7 +72,13 @@ def door_part(reading: Reading) -> tuple[list[Section], dict[str, Any]]:
     temperatures(curves, figures, wires, gas, criteria)
     if shape is not None:
         deformation(bent, figures, shape)
-    return [judged, curves, bent], figures
+    sections = [judged, curves, bent]
+    if door_bag.REACTIONS in there:  # of a door whose materials react
+        sections.append(Section("Reactions"))
+        gone = series(door_bag.REACTIONS, sections[-1], "Reactions (door/reactions)")
+        if gone is not None:
+            reactions(sections[-1], figures, gone)
+    return sections, figures
 
 
 def verdict(section: Section, figures: dict[str, Any], criteria: Series) -> None:
@@ -190,3 +197,23 @@ def deformation(section: Section, figures: dict[str, Any], shape: Series) -> Non
         axes.set(xlabel="time, min", ylabel="mm")
 
     section.picture(pictures.svg(draw, "Bow and gaps"))
+
+
+def reactions(section: Section, figures: dict[str, Any], gone: Series) -> None:
+    """Draw how far the materials have reacted."""
+    names = door_bag.reaction_names(gone.values)
+    degree = np.asarray(gone.values["degree"], dtype=float)
+    if degree.ndim != 2:
+        section.missing("Reactions: their number changes within the bag.")
+        return
+    figures["reactions"] = {name: float(degree[-1, k]) for k, name in enumerate(names)}
+    section.table(
+        ["reaction", "gone at the end"],
+        [[name, f"{100.0 * degree[-1, k]:.1f} %"] for k, name in enumerate(names)],
+    )
+
+    def draw(axes: Any) -> None:
+        pictures.lines(axes, gone.time / MINUTE, 100.0 * degree, names)
+        axes.set(xlabel="time, min", ylabel="gone, %", ylim=(0.0, 102.0))
+
+    section.picture(pictures.svg(draw, "Reactions"))

@@ -18,6 +18,8 @@ from .window import window
 TIMELINE = "time"
 FRAMES_PER_CHUNK = 50
 MILLIMETRES = 1e3
+PERCENT = 100.0
+REACTIONS = "door/reactions"
 PLAYBACK_SPEED = 60.0
 """Simulated seconds a second: a fire takes its time."""
 LIVE_WINDOW = 1800.0
@@ -216,8 +218,13 @@ class DoorView:
         values = MILLIMETRES * np.column_stack([bow, edge_gap])
         self._lines("door/deflection", ["bow", *(f"gap, {name}" for name in edge_names)], time, values)
 
+    def log_reactions(self, time: NDArray[np.float64], names: list[str], degree: NDArray[np.float64]) -> None:
+        """Log how far reactions have gone (K, R), 0 to 1, in per cent."""
+        self._lines(REACTIONS, names, time, PERCENT * degree)
+
     def layout(self, *, live: bool = False) -> rrb.Horizontal:
-        """Return the view: both sides, infrared, plots."""
+        """Return the view: both sides, infrared, plots; of reactions where some were logged."""
+        reacts = REACTIONS in self._named
         fire, unexposed = self.ranges["fire_side"], self.ranges["unexposed_side"]
         bent = f"displacement ×{self.scale:g}"
         first, last = self._span
@@ -250,7 +257,8 @@ class DoorView:
                       ["$origin/furnace", "$origin/thermocouples/inside"]),
                 _plot("Criteria, share of their limits", "door/criteria", shown),
                 _plot("Deflection, mm", "door/deflection", shown),
-                row_shares=[3, 2, 2, 2],
+                *([_plot("Reactions, % gone", REACTIONS, shown)] if reacts else []),
+                row_shares=[3, 2, 2, 2, *([2] if reacts else [])],
             ),
             column_shares=[3, 2],
         )  # fmt: skip

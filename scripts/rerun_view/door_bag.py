@@ -17,6 +17,7 @@ FIELD = "flexsim_msgs/msg/TemperatureField"
 DEFLECTION = "flexsim_msgs/msg/LeafDeflection"
 THERMOCOUPLES = "flexsim_msgs/msg/Thermocouples"
 CRITERIA = "flexsim_msgs/msg/FireCriteria"
+REACTIONS = "flexsim_msgs/msg/Reactions"
 IMAGE = "sensor_msgs/msg/Image"
 TEMPERATURE = "sensor_msgs/msg/Temperature"
 # Which topic of a type that others publish as well.
@@ -26,6 +27,7 @@ FIELDS = {
     DEFLECTION: ["displacement", "bow", "edge_name", "edge_gap"],
     THERMOCOUPLES: ["name", "temperature", "x", "y", "z"],
     CRITERIA: ["criterion", "value", "limit", "verdict"],
+    REACTIONS: ["material", "reaction", "degree"],
     IMAGE: ["height", "width", "data"],
     TEMPERATURE: ["temperature"],
 }
@@ -34,6 +36,7 @@ ENTITIES = {
     DEFLECTION: ["door/deflection"],
     THERMOCOUPLES: ["door/thermocouples/unexposed"],
     CRITERIA: ["door/criteria"],
+    REACTIONS: ["door/reactions"],
     IMAGE: ["door/infrared"],
     TEMPERATURE: ["door/furnace"],
 }
@@ -113,6 +116,12 @@ def mesh_of(columns: dict[str, Any]) -> tuple[NDArray[np.float64], NDArray[np.in
     return nodes, columns["hexahedra"][-1].reshape(-1, 8).astype(np.int64)
 
 
+def reaction_names(columns: dict[str, Any]) -> list[str]:
+    """Return what the degrees of Reactions are of."""
+    pairs = zip(columns["material"][0], columns["reaction"][0], strict=True)
+    return [f"{material}: {reaction}" for material, reaction in pairs]
+
+
 def parts(bag: Bag, found: dict[str, str], kind: str, most: int) -> Any:
     """Give the columns of a topic piece by piece, thinned to about `most` messages."""
     topic = found[kind]
@@ -180,6 +189,10 @@ def plots(bag: Bag, found: dict[str, str], view: DoorView, rows: dict[str, int])
             if cold is not None:
                 view.log_limits(time, names, columns["limit"], cold)
             count("door/criteria", len(time))
+    if REACTIONS in found:
+        for columns in parts(bag, found, REACTIONS, MOST_PLOTTED):
+            view.log_reactions(stamps(columns), reaction_names(columns), columns["degree"])
+            count("door/reactions", len(columns["degree"]))
     if TEMPERATURE in found:
         for columns in parts(bag, found, TEMPERATURE, MOST_PLOTTED):
             view.log_furnace(stamps(columns), columns["temperature"])

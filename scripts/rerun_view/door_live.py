@@ -15,7 +15,19 @@ from ..ros.raw_topic import RawTopic
 from ..ros.simulator import SimulatorWatch
 from ..terminal.stop import Stop
 from .door import STAMP, DoorView, cold_temperature, stamps
-from .door_bag import CRITERIA, DEFLECTION, FIELD, FIELDS, IMAGE, MESH, TEMPERATURE, THERMOCOUPLES, mesh_of
+from .door_bag import (
+    CRITERIA,
+    DEFLECTION,
+    FIELD,
+    FIELDS,
+    IMAGE,
+    MESH,
+    REACTIONS,
+    TEMPERATURE,
+    THERMOCOUPLES,
+    mesh_of,
+    reaction_names,
+)
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -27,6 +39,7 @@ TOPICS = {
     "/door/deflection": DEFLECTION,
     "/door/thermocouples": THERMOCOUPLES,
     "/door/criteria": CRITERIA,
+    "/door/reactions": REACTIONS,
     "/door/unexposed/image": IMAGE,
     "/furnace/temperature": TEMPERATURE,
 }
@@ -102,6 +115,7 @@ class LiveDoor:
             DEFLECTION: self._on_deflection,
             THERMOCOUPLES: self._on_thermocouples,
             CRITERIA: self._on_criteria,
+            REACTIONS: self._on_reactions,
             IMAGE: self._on_image,
             TEMPERATURE: self._on_furnace,
         }[kind]
@@ -139,6 +153,13 @@ class LiveDoor:
         if self._cold is not None:
             view.log_limits(t, names, columns["limit"], self._cold)
         self._count("door/criteria", len(t))
+
+    def _on_reactions(self, view: DoorView, t: NDArray, columns: dict[str, Any]) -> None:
+        first = "door/reactions" not in self.rows
+        view.log_reactions(t, reaction_names(columns), columns["degree"])
+        self._count("door/reactions", len(t))
+        if first:  # the view has room for them from now on
+            self.recording.send_blueprint(view.blueprint(live=True))
 
     def _on_image(self, view: DoorView, t: NDArray, columns: dict[str, Any]) -> None:
         height, width = int(columns["height"][-1]), int(columns["width"][-1])

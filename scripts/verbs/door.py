@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..door_fit.estimates import estimates, fit_facts, print_estimates, print_foreseen, same_make
+from ..door_fit.priors import priors
 from ..terminal.progress import Progress
 from ..terminal.report import print_json, print_table
 from ..terminal.setting import setting
 
 if TYPE_CHECKING:
-    from thermal_node import Run, Scene
-    from thermal_node.analysis.fitted import Fit
-    from thermal_node.analysis.identifiability import Foreseen
+    from thermal_node import Run
 
 MINUTE = 60.0
 MILLIMETRES = 1e3
@@ -120,9 +121,12 @@ def simulate_door(
 @click.option("--material", metavar="NAME", help="What is fitted; else the thickest layer's.")
 @click.option("--keep-density", is_flag=True, help="Take the density as the scene has it.")
 @click.option("--keep-rim", is_flag=True, help="Take the rim's contact as the scene has it.")
-@click.option("--prior", "priors", multiple=True, metavar="KEY=VALUE±DEVIATION",
+@click.option("--prior", multiple=True, metavar="KEY=VALUE±DEVIATION",
               help="Known beforehand: density=120±6, rim_contact=0.8+-0.1, conductivity_600=0.17±0.03;"
                    " may be repeated.")  # fmt: skip
+@click.option("--also", multiple=True, nargs=2, type=click.Path(), metavar="SCENE LOG.csv",
+              help="A test of a door of another size and the same make, fitted with it; may be"
+                   " repeated.")  # fmt: skip
 @click.option("--leave-out", multiple=True, metavar="TC", help="A thermocouple not to use; may be repeated.")
 @click.option("--check", is_flag=True, help="Say what the logs can tell of each parameter, and fit nothing.")
 @click.option("--predict", type=click.Path(), metavar="LARGER_SCENE",
@@ -138,7 +142,8 @@ def fit_door(
     material: str | None,
     keep_density: bool,
     keep_rim: bool,
-    priors: tuple[str, ...],
+    prior: tuple[str, ...],
+    also: tuple[tuple[str, str], ...],
     leave_out: tuple[str, ...],
     check: bool,
     predict: str | None,
@@ -152,14 +157,16 @@ def fit_door(
     LOG.csv has a column time, s unless its name says another unit (time_min), columns named after the
     scene's probes (tc_1 ... tc_12), and furnace if it was measured. Several logs are of several tests of
     that door, each in its own furnace. Estimated are the insulation's conductivity above 300 °C, its
-    density and the rim's contact, each with its 95 % interval; before the fit it is said what the logs
-    can't tell. SECONDS are those of the fire that is predicted.
+    density and the rim's contact, each with its 95 % interval; all else is held as the scene has it, and
+    how far that moves the readings is said. Before the fit it is said what the logs can't tell. SECONDS
+    are those of the fire that is predicted.
 
     \b
     Example:
       flexsim door fit config/thesis_door.yaml LOG.csv
       flexsim door fit config/thesis_door.yaml LOG.csv --check
       flexsim door fit config/thesis_door.yaml A.csv B.csv --prior density=120±6 --leave-out tc_7
+      flexsim door fit config/thesis_door.yaml LOG.csv --also larger.yaml LARGER_LOG.csv
       flexsim door fit config/thesis_door.yaml LOG.csv --predict larger.yaml --report larger.html
     """
     check_targets(report, None)
@@ -171,7 +178,9 @@ def fit_door(
 
     loaded = load_scene(scene, overrides)
     larger = load_scene(predict) if predict else None
-    known = dict(map(prior, priors))
+    known = priors(prior)
+    doors = [loaded] * len(logs) + [load_scene(other, overrides) for other, _ in also]
+    logs += tuple(log for _, log in also)
     readings = [read_thermocouple_log(log) for log in logs]
     for log in readings:
         for note in log.notes:
@@ -182,7 +191,7 @@ def fit_door(
         if predict or report:
             raise click.UsageError("--check fits nothing; leave --predict and --report out")
         names, told = foresee_fit(
-            loaded, readings, material, not keep_rim, not keep_density, priors=known, leave=leave_out
+            doors, readings, material, not keep_rim, not keep_density, priors=known, leave=leave_out
         )
         print_foreseen(list(names), told, ", ".join(logs), as_json)
         return
@@ -191,7 +200,7 @@ def fit_door(
         click.echo(f"before the fit: {note}", err=True)
 
     result = fit(
-        loaded,
+        doors,
         readings,
         material,
         rim=not keep_rim,
@@ -213,7 +222,7 @@ def fit_door(
         begun = time.monotonic()
         run = simulate(burnt, duration, MINUTE, lambda t: progress.show(
             f"{burnt.name}: {t / MINUTE:.0f} of {duration / MINUTE:.0f} min burnt"))  # fmt: skip
-        write(run, report, None)
+        write(run, report, None, fit_facts(result))
         if larger is not None:
             about = {"scene": predict, "report": report, "saved": None}
             found["prediction"] = figures(run, time.monotonic() - begun) | about
@@ -228,46 +237,6 @@ def fit_door(
             click.echo(f"report: {report}")
     if run is not None and not run.status.ok:
         raise click.ClickException(run.status.reason)
-
-
-def prior(given: str) -> tuple[str, tuple[float, float]]:
-    """Return a prior's key, value and standard deviation from KEY=VALUE±DEVIATION."""
-    key, equals, rest = given.partition("=")
-    value, _, deviation = rest.replace("+-", "±").replace("+/-", "±").partition("±")
-    try:
-        if not equals:
-            raise ValueError
-        return key.strip(), (float(value), float(deviation))
-    except ValueError:
-        raise click.UsageError(f"--prior {given}: give KEY=VALUE±DEVIATION, such as density=120±6") from None
-
-
-def print_foreseen(names: list[str], told: Foreseen, logs: str, as_json: bool) -> None:
-    """Print what logs can tell of each parameter."""
-    if as_json:
-        print_json(
-            {
-                "log": logs,
-                "parameters": [
-                    {"name": name, "standard_error": float(e), "moved": float(m)}
-                    for name, e, m in zip(names, told.error, told.moved, strict=True)
-                ],
-                "rank": told.rank,
-                "condition": told.condition,
-                "directions": told.directions.T.tolist(),
-                "spread": told.spread.tolist(),
-                "notes": list(told.notes),
-            }
-        )
-        return
-    rows: list[list[Any]] = [
-        [name, f"{m:.1f} K", "not at all" if e > 1.0 else f"{PERCENT * e:.0f} %"]
-        for name, e, m in zip(names, told.error, told.moved, strict=True)
-    ]
-    title = f"{logs}: {told.rank} of {len(names)} combinations of parameters can be told"
-    print_table(title, ["parameter", "10 % of it move a reading by", "standard error at best"], rows)
-    for note in told.notes:
-        click.echo(f"note: {note}")
 
 
 def check_targets(report: str | None, save: str | None) -> None:
@@ -310,31 +279,12 @@ def measured_furnace(path: Path) -> dict[str, Any]:
     return {"curve": "measured", "time": time, "temperature": temperature[first]}
 
 
-def same_make(larger: Scene, result: Fit) -> Scene:
-    """Return the larger door with the fitted materials and rim contact in it."""
-    from thermal_node.scene.load import changed
-
-    name, part = fitted_material(result)
-    given: dict[str, Any] = {f"materials.{name}": part}
-    fitted_rim = result.scene.leaf.rim
-    if larger.leaf.rim is not None and fitted_rim is not None:
-        given["leaf.rim.contact"] = fitted_rim.contact
-    return changed(larger, given)
-
-
-def fitted_material(result: Fit) -> tuple[str, dict[str, Any]]:
-    """Return the name of the material that was fitted, and what the scene says of it now."""
-    labels = [p.name for p in result.parameters]
-    name = next(n for n in result.scene.materials if any(x.startswith(f"{n} ") for x in labels))
-    return name, result.scene.materials[name].model_dump(exclude_none=True)
-
-
-def write(run: Run, report: str | None, save: str | None) -> None:
-    """Write the report and the arrays where they are asked for."""
+def write(run: Run, report: str | None, save: str | None, about: Sequence[tuple[str, str]] = ()) -> None:
+    """Write the report, with `about` in its table, and the arrays where they are asked for."""
     if report:
         from thermal_node.analysis.report import write_report
 
-        write_report(run, report)
+        write_report(run, report, about)
     if save:
         import numpy as np
 
@@ -344,6 +294,7 @@ def write(run: Run, report: str | None, save: str | None) -> None:
             "temperature": run.temperature,
             "furnace": run.furnace,
             **{f"probe_{name}": values for name, values in run.probes.items()},
+            **{f"reacted_{name}": values for name, values in run.reacted.items()},
         }
         for name in ("deflection", "bow", "gap"):
             value = getattr(run, name)
@@ -380,6 +331,7 @@ def figures(run: Run, elapsed: float) -> dict[str, Any]:
         ],
         "furnace": float(run.furnace[last]) if last >= 0 else None,
         "probes": {name: float(v[last]) for name, v in run.probes.items()} if last >= 0 else {},
+        "reacted": {name: float(v[last]) for name, v in run.reacted.items()} if last >= 0 else {},
         "bow": None if run.bow is None or last < 0 else float(run.bow[last]),
         "gap": None if run.gap is None or last < 0 else float(run.gap.max()),
         "support_forces": [vars(r) for r in run.shapes[max(run.shapes)].support_forces] if run.shapes else [],
@@ -423,76 +375,11 @@ def print_figures(found: dict[str, Any]) -> None:
         click.echo(f"forces of the supports at the end, positive away from the fire: {borne}")
         if found["utilisation"]:
             click.echo(f"largest use of the yield strength: {found['utilisation']['said']}")
+    for name, gone in found["reacted"].items():
+        click.echo(f"{name}: {PERCENT * gone:.1f} % gone")
     for note in found["furnace_notes"]:
         click.echo(f"furnace's log: {note}")
     click.echo(f"verdict: {found['verdict']}")
     for what in ("report", "saved"):
         if found[what]:
             click.echo(f"{what}: {found[what]}")
-
-
-def estimates(result: Fit, elapsed: float) -> dict[str, Any]:
-    """Return what a fit came to."""
-    name, part = fitted_material(result)
-    return {
-        "parameters": [
-            {
-                "name": p.name,
-                "unit": p.unit,
-                "before": p.before,
-                "value": p.value,
-                "standard_error": p.standard_error,
-                "interval": list(p.interval),
-                "determined": p.determined,
-                "key": p.key,
-                "prior": p.prior,
-            }
-            for p in result.parameters
-        ],
-        "residuals": [vars(r) for r in result.residuals],
-        "rms": result.rms,
-        "rms_before": result.rms_before,
-        "used": list(result.used),
-        "evaluations": result.evaluations,
-        "elapsed": elapsed,
-        "notes": list(result.notes),
-        "correlation": result.correlation.tolist(),
-        "material": {name: part},
-    }
-
-
-def print_estimates(found: dict[str, Any]) -> None:
-    """Print the table of estimates, and what to know of them."""
-    rows = [
-        [
-            p["name"],
-            p["unit"],
-            f"{p['before']:.4g}",
-            f"{p['value']:.4g}",
-            f"{p['interval'][0]:.4g} to {p['interval'][1]:.4g}",
-        ]
-        for p in found["parameters"]
-    ]
-    work = f"{found['evaluations']} runs, {found['elapsed']:.0f} s"
-    title = (
-        f"{found['log']}: {len(found['used'])} thermocouples, {found['rms_before']:.2f} K off"
-        f" before, {found['rms']:.2f} K after; {work}"
-    )
-    print_table(title, ["parameter", "unit", "scene", "fitted", "95 % interval"], rows)
-    print_table(
-        "model less reading, K",
-        ["thermocouple", "readings", "rms", "mean", "worst", "at"],
-        [
-            [
-                r["name"],
-                f"{r['readings']}",
-                f"{r['rms']:.2f}",
-                f"{r['mean']:+.2f}",
-                f"{r['worst']:+.2f}",
-                f"{r['worst_time'] / MINUTE:.1f} min",
-            ]
-            for r in found["residuals"]
-        ],
-    )
-    for note in found["notes"]:
-        click.echo(f"note: {note}")

@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from diagnostic_msgs.msg import DiagnosticArray
-from flexsim_msgs.msg import FireCriteria, LeafDeflection, LeafMesh, TemperatureField, Thermocouples
+from flexsim_msgs.msg import (
+    FireCriteria,
+    LeafDeflection,
+    LeafMesh,
+    Reactions,
+    TemperatureField,
+    Thermocouples,
+)
 from listening import PATIENCE, Listener, node_words, running, seconds
 from processes import Background
 from rclpy.qos import QoSProfile
@@ -37,6 +44,7 @@ class Door(Listener):
         "furnace/temperature": Temperature,
         "door/thermocouples": Thermocouples,
         "door/criteria": FireCriteria,
+        "door/reactions": Reactions,
         "door/temperature_field": TemperatureField,
         "door/temperature_points": PointCloud2,
         "door/unexposed/image": Image,

@@ -22,6 +22,7 @@ except ImportError:  # before 0.41
 
 pytestmark = pytest.mark.ros
 SCALE = 7.0
+MOIST = SMALL | {"override__materials__rock_wool__moisture": 0.01}
 
 
 def cells(rrd: Path, entity: str, component: str) -> list[np.ndarray]:
@@ -54,9 +55,11 @@ def burnt(tmp_path_factory: pytest.TempPathFactory) -> Path:
     recorder.wait_for("recording to")
     # It waits for its furnace, so that nothing burns before the recorder listens.
     start = words(time_scale=60.0, duration=200.0, deflection_period=50.0, wait_for_furnace=True,
-                  **SMALL)  # fmt: skip
+                  **MOIST)  # fmt: skip
     node = Background(start, environment, folder)
-    for topic in ("/door/mesh", "/door/criteria", "/door/deflection", "/furnace/temperature"):
+    for topic in (
+        "/door/mesh", "/door/criteria", "/door/reactions", "/door/deflection", "/furnace/temperature",
+    ):  # fmt: skip
         recorder.wait_for(f"+ {topic} ", PATIENCE)
     listener = Door(node, int(environment["ROS_DOMAIN_ID"]))
     listener.measure_on(700.0)
@@ -80,6 +83,10 @@ def test_the_recorded_door(burnt: Path, tmp_path: Path) -> None:
     for entity, count in said["rows"].items():
         assert found[f"/{entity}"] == count > 0, entity
     assert {"door/fire_side", "door/infrared", "door/deflection", "door/furnace"} <= set(said["rows"])
+    _, gone = Bag(burnt).array("/door/reactions", "degree")
+    shown = np.concatenate(cells(rrd, "/door/reactions", "Scalars:scalars"))
+    np.testing.assert_allclose(shown, 100.0 * gone.ravel())
+    assert 0.0 < gone[-1, 0] < 1.0
     assert found["/door/thermocouples/limit_maximum"] == found["/door/criteria"]
     assert RrdReader(rrd).blueprints()
 
@@ -105,7 +112,7 @@ def test_the_recorded_door(burnt: Path, tmp_path: Path) -> None:
 
 def test_a_recorded_furnace_burns_the_same_door(burnt: Path) -> None:
     """`flexsim door simulate --furnace BAG` gives what the furnace did to the door before."""
-    overrides = {k.removeprefix("override__").replace("__", "."): v for k, v in SMALL.items()}
+    overrides = {k.removeprefix("override__").replace("__", "."): v for k, v in MOIST.items()}
     settings = [word for k, v in overrides.items() for word in ("--set", f"{k}={json.dumps(v)}")]
     done = flexsim("door", "simulate", SCENE, *settings, "--furnace", burnt, "-d", "200", "--json")
     assert done.returncode == 0, done.stderr

@@ -76,6 +76,25 @@ def test_it_publishes_the_offline_simulation(tmp_path: Path) -> None:
         assert seconds(burning.until(lambda: burning.heard["door/temperature_field"])[-1]) == 120.0
 
 
+def test_it_publishes_how_far_its_materials_have_reacted(tmp_path: Path) -> None:
+    """The moisture that has gone, as `simulate` has it; a door without reactions has no such topic."""
+    column = {"solver.model": "column", "furnace": {"curve": "constant", "temperature": 800.0}}
+    scene = load_scene(SCENE, OVERRIDES | column | {"materials.rock_wool.moisture": 0.02})
+    run = simulate(scene, duration=300.0, sample_period=1.0)
+    name = "rock_wool: moisture"
+    assert 0.1 < run.reacted[name][-1] < 1.0
+    with door(tmp_path, override__solver__model="column", override__furnace__curve="constant",
+              override__furnace__temperature=800.0, override__materials__rock_wool__moisture=0.02,
+              time_scale=0.0, duration=300.0, deflection_period=0.0) as burning:  # fmt: skip
+        gone = burning.at("door/reactions", 300.0)
+        assert [f"{m}: {r}" for m, r in zip(gone.material, gone.reaction, strict=True)] == [name]
+        assert list(gone.degree) == pytest.approx([run.reacted[name][-1]], abs=1e-9)
+    with door(tmp_path, override__solver__model="column", time_scale=0.0, duration=2.0,
+              deflection_period=0.0) as dry:  # fmt: skip
+        dry.at("door/criteria", 2.0)
+        assert not dry.node.get_publishers_info_by_topic("door/reactions")
+
+
 def test_a_measured_furnace_drives_it(tmp_path: Path) -> None:
     """The curve until the first measurement, then the measurement; nonsense changes nothing."""
     with door(tmp_path, time_scale=20.0, rate=2.0, field_rate=1.0, furnace_timeout=30.0) as burning:

@@ -139,6 +139,7 @@ def test_definitions_and_hashes_are_those_of_ros(tmp_path: Path) -> None:
         "Thermocouples",
         "LeafDeflection",
         "FireCriteria",
+        "Reactions",
     ]:
         store = get_typestore(Stores.EMPTY)
         full = f"flexsim_msgs/msg/{name}"

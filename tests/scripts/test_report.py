@@ -15,7 +15,7 @@ from flexsim.bag.scenes import attached
 from flexsim.bag_report.stress import LinkStrain
 from flexsim.terminal.progress import Progress
 from flexsim.verbs.report import look
-from flexsim_msgs.msg import FireCriteria, Thermocouples
+from flexsim_msgs.msg import FireCriteria, Reactions, Thermocouples
 from flexsim_ros.published_scene import scene_text
 from made_bags import Topics, diagnostics, elastic_layout, elastic_state, joint_state, stamp
 from processes import flexsim
@@ -281,10 +281,12 @@ def test_a_door(tmp_path: Path) -> None:
             )  # fmt: skip
             wires = Thermocouples(name=["ftp_centre", "tc_1"], temperature=array.array("d", [20 + rise] * 2))
             gas = Temperature(temperature=20.0 + k / 4.0)
+            gone = Reactions(material=["board"], reaction=["dry"], degree=array.array("d", [k / 7200.0]))
             for topic, kind, message in (
                 ("/door/criteria", "flexsim_msgs/msg/FireCriteria", criteria),
                 ("/door/thermocouples", "flexsim_msgs/msg/Thermocouples", wires),
                 ("/furnace/temperature", "sensor_msgs/msg/Temperature", gas),
+                ("/door/reactions", "flexsim_msgs/msg/Reactions", gone),
             ):
                 message.header.stamp = stamp(k)
                 topics.write(topic, serialize_message(message), k / 60.0, 0, kind)
@@ -296,6 +298,7 @@ def test_a_door(tmp_path: Path) -> None:
         "value": pytest.approx(225.0), "limit": 180.0, "failed": True, "time_of_failure": 2880.0,
     }  # fmt: skip
     assert door["furnace"]["last"] == pytest.approx(920.0)
+    assert door["reactions"] == {"board: dry": 0.5}
     assert page(tmp_path / "fire.html").pictures >= 3
     assert "A-30 after 3600 s" in (tmp_path / "fire.html").read_text()
 

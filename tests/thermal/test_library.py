@@ -85,6 +85,18 @@ def test_what_a_scene_says_stands_before_the_library():
     assert again.materials == scene.materials
 
 
+def test_a_table_of_the_library_may_end_otherwise():
+    """Only its end is said: the values stay."""
+    scene = slab(0.05, {"library": "calcium_silicate_737", "conductivity": {"beyond": "hold"}}, 4)
+    board = load_scene(scene).materials["stuff"].conductivity
+    assert board.beyond == "hold" and board.value == (0.13, 0.12, 0.12)
+    hot = {"curve": "constant", "temperature": 900.0}
+    assert load_scene({**scene, "furnace": hot}).materials["stuff"].conductivity.temperature[-1] == 538.0
+    scene["materials"]["stuff"].pop("conductivity")
+    with pytest.raises(SceneError, match="ends at 538 °C but the furnace is at 900 °C; give values to 900"):
+        load_scene({**scene, "furnace": hot})
+
+
 def test_a_name_that_the_library_has_not():
     with pytest.raises(SceneError, match=r"materials.stuff.library: is 'stone_wool_99'.*give stone_wool_9"):
         load_scene(slab(0.05, {"library": "stone_wool_99"}, 4))

@@ -90,6 +90,33 @@ def test_the_march_goes_on_after_a_stop() -> None:
     assert not test.go_on()
 
 
+def test_what_stopped_the_march_leaves_no_trace() -> None:
+    """After a tick that was undone the door is, to the bit, one whose furnace never measured that value."""
+    table = {"temperature": [10, 100, 300], "value": [0.035, 0.043, 0.073]}
+    wool = {"density": 120.0, "specific_heat": 1000.0, "conductivity": {**table, "beyond": "refuse"}}
+    scene = load_scene(
+        door(materials={"rock_wool": wool}, solver={"model": "column"}, exposed={"film_coefficient": 1e4})
+    )
+
+    def burnt(slips: bool) -> FireTest:
+        test = FireTest(scene)
+        test.measure(200.0)
+        assert test.advance(60.0).ok
+        if slips:
+            test.measure(1300.0)
+            assert not test.advance(61.0).ok
+            assert test.go_on()
+        for tick in (61.0, 62.0):
+            test.measure(210.0)
+            assert test.advance(tick).ok
+        return test
+
+    slipped, never = burnt(True), burnt(False)
+    np.testing.assert_array_equal(slipped.heat.temperature, never.heat.temperature)
+    assert slipped.heat.balance == never.heat.balance
+    assert [c.value for c in slipped.criteria.each] == [c.value for c in never.criteria.each]
+
+
 def test_limits_that_cant_be_are_refused() -> None:
     """Each says what would be right."""
     for name, value, right in (

@@ -6,6 +6,8 @@ from door_scenes import slab
 from explicit_slab import GAS, Reaction, Slab, burn
 
 from thermal_node import Heat, SceneError, door_model, load_scene, simulate
+from thermal_node.analysis.report import facts
+from thermal_node.furnace.furnace import Measured
 
 TIMES = [300.0, 600.0, 900.0, 1200.0, 1800.0, 2400.0, 3600.0]
 MOIST = {"density": 900.0, "specific_heat": 900.0, "conductivity": 0.2, "moisture": 0.05}
@@ -159,6 +161,30 @@ def test_a_saved_state_goes_on_bit_by_bit():
     assert heat.degree.max() == 0.0
 
 
+@pytest.mark.parametrize("method", ["tr_bdf2", "sdirk2", "implicit_euler"])
+def test_what_a_furnace_measures_after_a_save_does_not_reach_back(method):
+    """A march that tried 900 °C, was restored and got 350 °C is the one that never tried."""
+
+    def marched(slip):
+        scene = everything()
+        scene["solver"] = {"model": "column", "method": method}
+        heat = Heat(door_model(load_scene(scene)))
+        heat.furnace = furnace = Measured([0.0], [300.0])
+        assert heat.advance(300.0).ok
+        saved = heat.save()
+        furnace.add(300.0, slip)
+        if slip != 350.0:
+            assert heat.advance(310.0).ok
+            heat.restore(saved)
+            furnace.temperature[-1] = 350.0
+        flow = heat.heat_flow()
+        assert heat.advance(330.0).ok
+        return flow, heat.temperature, heat.degree, vars(heat.balance)
+
+    for found, right in zip(marched(900.0), marched(350.0), strict=True):
+        np.testing.assert_equal(found, right)
+
+
 @pytest.mark.parametrize("step", ["auto", 20.0])
 @pytest.mark.parametrize("method", ["tr_bdf2", "sdirk2", "implicit_euler"])
 def test_every_step_of_all_of_it_is_balanced(step, method):
@@ -188,6 +214,29 @@ def test_what_burns_without_loss_warms_by_its_heat():
         np.testing.assert_allclose(heat.temperature, 20.0 + burnt * share * heat_of / 1000.0, atol=0.05)
     assert heat.balance.worst < 1e-6
     assert heat.balance.released == pytest.approx(0.02 * 100.0 * share * heat_of, rel=1e-6)
+
+
+def test_what_has_gone_is_the_mean_over_its_own_material():
+    """Two materials at one temperature, each with its own rate: 1 - exp(-r t), whatever their volumes."""
+    nothing = {"film_coefficient": 0.0, "emissivity": 0.0}
+    rates = {"stuff": 2e-3, "other": 5e-4}
+    scene = slab(0.02, {}, 4, furnace={"curve": "constant", "temperature": 20.0})
+    scene["leaf"]["layers"].append({"material": "other", "thickness": 0.005})
+    scene["mesh"] = {"layers": [4, 3]}
+    for name, r in rates.items():
+        burns = {"share": 1e-6, "residue": 1.0, "heat_of_combustion": 1e6}
+        burns["rate"] = {"temperature": [0, 1000], "value": [r, r]}
+        scene["materials"][name] = {"density": 100.0, "specific_heat": 1000.0, "conductivity": 0.1}
+        scene["materials"][name] |= {"moisture": 0.01, "reactions": [burns]}
+    scene.update(exposed=nothing, unexposed=nothing, solver={"model": "column", "step": 5.0})
+    run = simulate(load_scene(scene), 900.0, 300.0)
+    assert list(run.reacted) == [f"{name}: {what}" for name in rates for what in ("moisture", "reactions.0")]
+    for name, r in rates.items():
+        np.testing.assert_allclose(
+            run.reacted[f"{name}: reactions.0"], 1.0 - np.exp(-r * run.time), atol=2e-4
+        )
+        np.testing.assert_array_equal(run.reacted[f"{name}: moisture"], 0.0)
+    assert ("other: reactions.0, gone at the end", "36.2 %") in facts(run)
 
 
 def test_nothing_burns_behind_what_no_air_gets_through():

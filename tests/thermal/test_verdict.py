@@ -178,7 +178,7 @@ def test_a_steady_state_has_no_class():
 @pytest.mark.parametrize(
     ("overrides", "said"),
     [
-        ({"criteria.standard": ["ftp_a", "ftp_a"]}, "names a standard twice"),
+        ({"criteria.standard": ["ftp_a", "ftp_a"]}, r"standard\.1: is 'ftp_a' like criteria\.standard\.0"),
         ({"criteria.standard": "ftp_a", "criteria.division": "A"}, "give one of the two"),
         ({"criteria.points": ["nowhere"]}, "no point of probes.points"),
         ({"probes.points": {"ftp_centre": {"x": 0.3}}}, "named like a point of a standard"),

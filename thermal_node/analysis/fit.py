@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,13 @@ from scipy.optimize import least_squares
 from ..furnace.furnace import CURVES
 from ..furnace.thermocouple_log import ThermocoupleLog
 from ..heat.conduction import Array
+from ..model.door_model import door_model
 from ..scene.load import Scene, SceneError, changed
-from .fit_residual import JointResidual, LogResidual, Residuals
+from .fit_checks import each_test_once, measured, one_make, priors_fit, units_fit
+from .fit_residual import JointResidual, Overrides, Residuals
 from .fitted import Fit, FittedParameter
-from .identifiability import Foreseen, foresee
+from .held import Change, held_by
+from .identifiability import Foreseen, Held, foresee
 
 KNOWN_BELOW = 300.0
 """°C up to which the manufacturer's conductivity is taken as it is."""
@@ -36,8 +40,8 @@ WIDEST = 30.0
 """How many times as large or as small as in the scene a parameter may come out."""
 OUTLIER = 3.0
 """Times the median of all thermocouples' residuals from which on one is named."""
-LONGEST_LOG = 8 * 3600.0
-"""s; a log read in other units is not believed to be longer."""
+LEAST_DENSITY = 1.0
+"""kg/m3"""
 AGAINST_PRIOR = 3.0
 """Standard deviations from its prior from which on a parameter is named."""
 BETWEEN_ROWS = 2.0
@@ -46,7 +50,7 @@ FITTING_MESH = {"in_plane": [12, 16], "symmetry": "quarter"}
 
 
 def fit(
-    scene: Scene,
+    scene: Scene | Sequence[Scene],
     log: ThermocoupleLog | Sequence[ThermocoupleLog],
     material: str | None = None,
     rim: bool = True,
@@ -61,9 +65,10 @@ def fit(
 
     Parameters
     ----------
-    scene : a door with probes that the log's columns are named after
-    log : of one test, or of several of that door
-    material : what is fitted; left out, the thickest layer's
+    scene : a door with probes that the log's columns are named after; or one for each log: doors of one make,
+        of several sizes
+    log : of one test, or of several
+    material : what is fitted; left out, the thickest layer's of the first door
     rim, density : whether those are fitted as well
     mesh : the mesh to begin on, coarser than the scene's; the last steps are on the scene's own,
         so that the mesh is not fitted along
@@ -76,8 +81,8 @@ def fit(
     Raises
     ------
     SceneError
-        Where no column is a probe, nothing was measured, the log's units are others than s and °C, a prior
-        is of no parameter, or there is nothing to fit.
+        Where no column is a probe, nothing was measured, the log's units are others than s and °C, a log is
+        there twice, a prior is of no parameter, doors differ in the material, or there is nothing to fit.
     """
     problem = _problem(scene, log, material, rim, density, mesh, progress, priors or {}, leave)
     foreseen = problem.foresee()
@@ -88,7 +93,7 @@ def fit(
 
 
 def foresee_fit(
-    scene: Scene,
+    scene: Scene | Sequence[Scene],
     log: ThermocoupleLog | Sequence[ThermocoupleLog],
     material: str | None = None,
     rim: bool = True,
@@ -108,17 +113,20 @@ class _Problem:
 
     labels : key, name and unit of each parameter; start (p,) : the scene's values
     lower, upper (p,) : logarithms of the least and the most they may be
-    quick, residual : model less logs on the mesh to begin on, and on the scene's own
+    scenes, overrides : of each log's door, and what of it the parameters are
+    coarse : the doors in their furnaces on the mesh to begin on
+    quick, residual : model less logs on that mesh, and on the scenes' own
     """
 
-    scene: Scene
+    scenes: list[Scene]
+    coarse: list[Scene]
     logs: list[ThermocoupleLog]
     labels: list[tuple[str, str, str]]
     start: Array
     lower: Array
     upper: Array
     priors: Mapping[str, tuple[float, float]]
-    overrides: Callable[[Array], dict[str, Any]]
+    overrides: list[Overrides]
     quick: JointResidual
     residual: JointResidual
 
@@ -145,9 +153,29 @@ class _Problem:
 
     def foresee(self) -> Foreseen:
         """What the logs can tell."""
-        start = np.log(self.start)
+        start = np.minimum(np.log(self.start), self.upper)
         information = self._prior_information(self.start)
-        return foresee(self.quick, np.minimum(start, self.upper), self.upper, self.names, information)
+        told = foresee(self.quick, start, self.upper, self.names, information)
+        held = self._held(start)
+        return replace(told, held=held, notes=(*told.notes, *_seen(held)))
+
+    def _held(self, start: Array) -> tuple[Held, ...]:
+        """What is not fitted, and how far it moves the readings on the mesh to begin on."""
+        values = np.exp(start)
+        each: list[dict[str, Change]] = []
+        for scene, of in zip(self.coarse, self.overrides, strict=True):
+            found = held_by(scene, door_model(scene), of(values), KNOWN_BELOW)
+            each.append({change.name: change for change in found})
+        names = list(dict.fromkeys(name for one in each for name in one))
+        varied = [name for name in names if any(name in one and one[name].overrides for one in each)]
+        changes = [[one[name].overrides if name in one else {} for one in each] for name in varied]
+        moved = dict(zip(varied, self.quick.moved(start, changes), strict=True))
+        held = []
+        for name in names:
+            of_name = [one[name] for one in each if name in one]
+            value = " / ".join(dict.fromkeys(change.value for change in of_name))
+            held.append(Held(name, value, of_name[0].unit, moved.get(name)))
+        return tuple(sorted(held, key=lambda h: -1.0 if h.moved is None else h.moved, reverse=True))
 
     def solve(self, foreseen: Foreseen) -> Fit:
         """The fit."""
@@ -183,7 +211,8 @@ class _Problem:
         residuals = tuple(self.residual.each(residual))
         told = np.sqrt(np.diag(_covariance(solved.jac[:count], residual, rows, 0.0 * information)))
         return Fit(
-            scene=changed(self.scene, self.overrides(values)),
+            scene=changed(self.scenes[0], self.overrides[0](values)),
+            scenes=tuple(changed(s, of(values)) for s, of in zip(self.scenes, self.overrides, strict=True)),
             parameters=parameters,
             correlation=covariance / np.outer(scale, scale),
             rms=float(np.sqrt(np.mean(residual**2))),
@@ -236,6 +265,17 @@ class _Problem:
         ]
 
 
+def _seen(held: tuple[Held, ...]) -> list[str]:
+    """What is held although the readings tell of it."""
+    seen = [f"{h.name} ({h.moved:.3g} K)" for h in held if h.seen]
+    if not seen:
+        return []
+    return [
+        f"held as the scene has it, and seen by the readings (10 % of it move one by): {', '.join(seen)};"
+        " what is off there goes into the parameters, and their intervals do not cover it"
+    ]
+
+
 def _odd(residuals: tuple[Residuals, ...]) -> list[str]:
     """Thermocouples that are further off than the others, and readings off their neighbours."""
     usual = float(np.median([r.rms for r in residuals]))
@@ -252,7 +292,7 @@ def _odd(residuals: tuple[Residuals, ...]) -> list[str]:
 
 
 def _problem(
-    scene: Scene,
+    scene: Scene | Sequence[Scene],
     log: ThermocoupleLog | Sequence[ThermocoupleLog],
     material: str | None,
     rim: bool,
@@ -265,19 +305,25 @@ def _problem(
     given = [log] if isinstance(log, ThermocoupleLog) else list(log)
     if not given:
         raise SceneError("log: there is none; give one or more")
+    scenes = [scene] * len(given) if isinstance(scene, Scene) else list(scene)
+    if len(scenes) != len(given):
+        raise SceneError(f"scenes: there are {len(scenes)} for {len(given)} logs; give one for each log")
     columns = {name for one in given for name in one.readings}
     for name in leave:
         if name not in columns:
             raise SceneError(f"log: has no column {name} to leave out; it has {', '.join(sorted(columns))}")
     logs = [replace(one, readings={n: v for n, v in one.readings.items() if n not in leave}) for one in given]
     for one in logs:
-        _measured(one)
-    solid = [layer for layer in scene.leaf.layers if not layer.is_cavity]
+        measured(one)
+    each_test_once(logs)
+    first = scenes[0]
+    solid = [layer for layer in first.leaf.layers if not layer.is_cavity]
     name = material or max(solid, key=lambda layer: layer.thickness).material
-    part = scene.materials.get(name)
+    part = first.materials.get(name)
     if part is None or part.conductivity is None or part.density is None:
-        raise SceneError(f"{scene.source}: materials.{name}: is not in the scene; give its table")
-    temperature, value, free = _conductivity(scene, name)
+        raise SceneError(f"{first.source}: materials.{name}: is not in the scene; give its table")
+    one_make(scenes, name)
+    temperature, value, free = _conductivity(first, name)
     labels = [
         (f"conductivity_{temperature[i]:g}", f"{name} conductivity at {temperature[i]:g} °C", "W/(m K)")
         for i in free
@@ -286,15 +332,15 @@ def _problem(
     if density:
         labels.append(("density", f"{name} density", "kg/m3"))
         start.append(part.density)
-    with_rim = rim and scene.leaf.rim is not None and scene.solver.dimension != "column"
-    if with_rim:
-        assert scene.leaf.rim is not None
+    rims = [s.leaf.rim if rim and s.solver.dimension != "column" else None for s in scenes]
+    contact = next((r.contact for r in rims if r is not None), None)
+    if contact is not None:
         labels.append(("rim_contact", "rim contact", "-"))
-        start.append(min(max(scene.leaf.rim.contact, 1e-2), 1.0))
+        start.append(min(max(contact, 1e-2), 1.0))
     if not labels:
-        raise SceneError(f"{scene.source}: nothing is free to be fitted; fit the density or the rim as well")
+        raise SceneError(f"{first.source}: nothing is free to be fitted; fit the density or the rim as well")
 
-    def overrides(values: Array) -> dict[str, Any]:
+    def overrides(values: Array, with_rim: bool) -> dict[str, Any]:
         conductivity = list(value)
         for i, v in zip(free, values, strict=False):
             conductivity[i] = float(v)
@@ -311,7 +357,8 @@ def _problem(
             made["leaf.rim.contact"] = float(min(values[-1], 1.0))
         return made
 
-    bases = [_in_its_furnace(scene, one) for one in logs]
+    of: list[Overrides] = [partial(overrides, with_rim=r is not None) for r in rims]
+    bases = [_in_its_furnace(s, one) for s, one in zip(scenes, logs, strict=True)]
     coarse = [changed(base, {f"mesh.{k}": v for k, v in (mesh or FITTING_MESH).items()}) for base in bases]
     p0 = np.log(np.array(start))
     keys = [key for key, _, _ in labels]
@@ -319,21 +366,22 @@ def _problem(
     upper = np.where([key == "rim_contact" for key in keys], 0.0, p0 + np.log(WIDEST))
     dense = [key == "density" for key in keys]
     lower[dense] = np.maximum(lower[dense], np.log(LEAST_DENSITY))
-    _priors_fit(priors, labels, np.exp(lower), np.exp(upper))
+    priors_fit(priors, labels, np.exp(lower), np.exp(upper))
     problem = _Problem(
-        scene=scene,
+        scenes=scenes,
+        coarse=coarse,
         logs=logs,
         labels=labels,
         start=np.array(start),
         lower=lower,
         upper=upper,
         priors=priors,
-        overrides=overrides,
-        quick=JointResidual(coarse, logs, overrides, progress),
-        residual=JointResidual(bases, logs, overrides, progress),
+        overrides=of,
+        quick=JointResidual(coarse, logs, of, progress),
+        residual=JointResidual(bases, logs, of, progress),
     )
     for one, quick in zip(logs, problem.quick.each_log, strict=True):
-        _units_fit(quick, one, p0)
+        units_fit(quick, one, p0)
     return problem
 
 
@@ -345,62 +393,6 @@ def _in_its_furnace(scene: Scene, log: ThermocoupleLog) -> Scene:
     gap = scene.furnace.longest_gap
     made = {"curve": "measured", "time": time, "temperature": temperature, "longest_gap": gap}
     return changed(scene, {"furnace": made})
-
-
-def _priors_fit(
-    priors: Mapping[str, tuple[float, float]], labels: list[tuple[str, str, str]], low: Array, high: Array
-) -> None:
-    """Refuse priors of nothing that is fitted, or that can't be."""
-    known = {key: (name, unit, a, b) for (key, name, unit), a, b in zip(labels, low, high, strict=True)}
-    for key, (value, deviation) in priors.items():
-        if key not in known:
-            raise SceneError(f"prior: {key} is not fitted; give one of {', '.join(known)}")
-        name, unit, a, b = known[key]
-        if not (np.isfinite(value) and a <= value <= b):
-            raise SceneError(f"prior: {key} is {value:g}; give {name} from {a:.3g} to {b:.3g} {unit}")
-        if not (np.isfinite(deviation) and deviation > 0.0):
-            raise SceneError(
-                f"prior: {key} has a standard deviation of {deviation:g}; give more than 0 {unit}"
-            )
-
-
-LEAST_DENSITY = 1.0
-"""kg/m3"""
-
-
-def _measured(log: ThermocoupleLog) -> None:
-    """Refuse a log in which nothing was measured."""
-    if len(log.time) < 2:
-        raise SceneError(f"{log.source}: has {len(log.time)} rows; give two or more")
-    empty = [name for name, values in log.readings.items() if not np.isfinite(values).any()]
-    if len(empty) == len(log.readings):
-        raise SceneError(
-            f"{log.source}: {', '.join(empty) or 'no column'} holds no finite reading: nothing was measured;"
-            " give degrees Celsius"
-        )
-
-
-def _units_fit(residual: LogResidual, log: ThermocoupleLog, p0: Array) -> None:
-    """Refuse a log that the scene explains in other units only."""
-    plain = residual.as_if(p0, 1.0, 0.0, 1.0)
-    readings = {
-        "°F": (1.0, -32.0, 1.0 / 1.8),
-        "K": (1.0, -273.15, 1.0),
-        "minutes": (60.0, 0.0, 1.0),
-        "hours": (3600.0, 0.0, 1.0),
-        "minutes and °F": (60.0, -32.0, 1.0 / 1.8),
-    }
-    off = {
-        name: residual.as_if(p0, *how)
-        for name, how in readings.items()
-        if how[0] * log.time[-1] <= LONGEST_LOG and (how[0] == 1.0 or log.time[-1] <= 600.0)
-    }
-    best = min(off, key=lambda name: off[name])
-    if plain > 15.0 and off[best] < 0.4 * plain:
-        raise SceneError(
-            f"{log.source}: the scene explains it within {off[best]:.0f} K if it is read as {best}, and is"
-            f" {plain:.0f} K off as °C and s; give °C and s, or the unit in the column's name (time_min)"
-        )
 
 
 def _furnace(scene: Scene, time: Array, measured: Array) -> tuple[Array, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,10 @@ class Residuals:
     spikes: tuple[float, ...] = ()
 
 
+Overrides = Callable[[Array], dict[str, Any]]
+"""Keys of a scene from values of the parameters (p,)."""
+
+
 class LogResidual:
     """Model less log, K, over all thermocouples and times of one log."""
 
@@ -46,7 +50,7 @@ class LogResidual:
         self,
         scene: Scene,
         log: ThermocoupleLog,
-        overrides: Callable[[Array], dict[str, Any]],
+        overrides: Overrides,
         title: str = "",
     ) -> None:
         self._scene, self._log, self._overrides = scene, log, overrides
@@ -63,8 +67,10 @@ class LogResidual:
         self.used = tuple(f"{title}{name}" for name in found)
         self.rows = [int(row.sum()) for row in self._good]
 
-    def __call__(self, logarithms: Array) -> Array:
-        model = door_model(changed(self._scene, self._overrides(np.exp(logarithms))))
+    def __call__(self, logarithms: Array, besides: Mapping[str, Any] | None = None) -> Array:
+        """Residuals with the parameters' logarithms; besides : keys of the scene that are changed as well."""
+        keys = self._overrides(np.exp(logarithms)) | dict(besides or {})
+        model = door_model(changed(self._scene, keys))
         probes = probes_of(model)
         heat = Heat(model)
         found = np.full(self._measured.shape, model.initial)
@@ -114,19 +120,19 @@ class LogResidual:
 
 
 class JointResidual:
-    """Of several logs."""
+    """Of several logs, each of a door with a scene of its own."""
 
     def __init__(
         self,
         scenes: Sequence[Scene],
         logs: Sequence[ThermocoupleLog],
-        overrides: Callable[[Array], dict[str, Any]],
+        overrides: Sequence[Overrides],
         progress: Callable[[int, float], None] | None,
     ) -> None:
         titles = [""] if len(logs) == 1 else _titles(logs)
         self.each_log = [
-            LogResidual(scene, log, overrides, title)
-            for scene, log, title in zip(scenes, logs, titles, strict=True)
+            LogResidual(scene, log, of, title)
+            for scene, log, of, title in zip(scenes, logs, overrides, titles, strict=True)
         ]
         self._progress = progress
         self.runs = 0
@@ -147,6 +153,25 @@ class JointResidual:
         if self._progress is not None:
             self._progress(self.runs, float(np.sqrt(np.mean(out**2))))
         return out
+
+    def moved(self, logarithms: Array, changes: Sequence[Sequence[Mapping[str, Any]]]) -> list[float | None]:
+        """K, the most that any reading moves by each change: keys for each log's scene.
+
+        None where a scene refuses the change.
+        """
+        base = [one(logarithms) for one in self.each_log]
+        self.runs += len(self.each_log)
+        found: list[float | None] = []
+        for change in changes:
+            pairs = zip(self.each_log, change, base, strict=True)
+            try:
+                off = [np.abs(one(logarithms, keys) - b) for one, keys, b in pairs if keys]
+            except SceneError:
+                found.append(None)
+                continue
+            self.runs += len(off)
+            found.append(float(np.concatenate(off).max(initial=0.0)))
+        return found
 
     def each(self, residual: Array) -> list[Residuals]:
         """Of each thermocouple of each log."""

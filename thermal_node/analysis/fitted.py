@@ -10,7 +10,7 @@ import numpy as np
 from ..heat.conduction import Array
 from ..scene.load import Scene, changed
 from .fit_residual import Residuals
-from .identifiability import UNCERTAIN, Foreseen
+from .identifiability import UNCERTAIN, Foreseen, Held
 from .simulate import Run, simulate
 
 
@@ -45,11 +45,12 @@ class FittedParameter:
 class Fit:
     """A fitted scene.
 
-    parameters; correlation (p, p) of their estimates; scene : the given one with them in it
+    parameters; correlation (p, p) of their estimates; scene : the given one, the first, with them in it
+    scenes : those of each log
     rms, rms_before : K, of the residual with the fitted and the given parameters
     each {name: K} : rms of each thermocouple's residual; residuals : more of them
     used : the thermocouples; evaluations : runs of the model; notes : what to know
-    foreseen : what the logs could tell, before the fit
+    foreseen : what the logs could tell, before the fit; in it `held`, what was taken as the scene has it
     """
 
     scene: Scene
@@ -63,6 +64,12 @@ class Fit:
     each: dict[str, float] = field(default_factory=dict)
     residuals: tuple[Residuals, ...] = ()
     foreseen: Foreseen | None = None
+    scenes: tuple[Scene, ...] = ()
+
+    @property
+    def held(self) -> tuple[Held, ...]:
+        """What was not fitted but taken as the scene has it, the most seen by the logs first."""
+        return () if self.foreseen is None else self.foreseen.held
 
     def predict(
         self, overrides: dict[str, Any], duration: float = 3600.0, sample_period: float = 60.0

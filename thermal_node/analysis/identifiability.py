@@ -26,6 +26,25 @@ SMALL = 0.2
 
 
 @dataclass(frozen=True)
+class Held:
+    """Something that is taken as the scene has it.
+
+    name, value, unit : in words
+    moved : K, the most that any reading moves with 10 % of it; None where it is no number that can be changed
+    """
+
+    name: str
+    value: str
+    unit: str
+    moved: float | None = None
+
+    @property
+    def seen(self) -> bool:
+        """Whether 10 % of it move a reading by more than a thermocouple's error."""
+        return self.moved is not None and self.moved > READING_ERROR
+
+
+@dataclass(frozen=True)
 class Foreseen:
     """What a log can tell of p parameters.
 
@@ -35,6 +54,7 @@ class Foreseen:
     rank : directions that the log determines; condition : of the sensitivities
     moved (p,) : K, the most that any reading moves with 10 % of each parameter
     notes : what can't be told, in words
+    held : what is not fitted but taken as the scene has it, the most seen first
     """
 
     error: Array
@@ -44,6 +64,7 @@ class Foreseen:
     condition: float
     moved: Array
     notes: tuple[str, ...]
+    held: tuple[Held, ...] = ()
 
 
 def foresee(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,11 @@ from ..model.probes import InfraredView
 from .simulate import Run
 
 
-def write_report(run: Run, path: str | Path) -> Path:
-    """Write the report of a run to `path`, which ends in .html or .md; the path."""
+def write_report(run: Run, path: str | Path, about: Sequence[tuple[str, str]] = ()) -> Path:
+    """Write the report of a run to `path`, which ends in .html or .md; the path.
+
+    about : names and values that its table has besides the run's own, such as where its materials come from
+    """
     target = Path(path)
     if target.suffix not in (".html", ".md"):
         raise ValueError(f"{target}: ends in {target.suffix!r}; give a name in .html or .md")
@@ -30,9 +34,9 @@ def write_report(run: Run, path: str | Path) -> Path:
     if target.suffix == ".md":
         for key, data in pictures.items():
             (target.parent / f"{target.stem}_{key}.png").write_bytes(data)
-        target.write_text(_markdown(run, name, target.stem, list(pictures)), encoding="utf-8")
+        target.write_text(_markdown(run, name, target.stem, list(pictures), about), encoding="utf-8")
         return target
-    target.write_text(_html(run, name, pictures), encoding="utf-8")
+    target.write_text(_html(run, name, pictures, about), encoding="utf-8")
     return target
 
 
@@ -55,6 +59,11 @@ def facts(run: Run) -> list[tuple[str, str]]:
         ("status", "ran to its end" if run.status.ok else run.status.reason),
         ("model", f"{run.model.scene.solver.model}, {len(run.nodes)} nodes, {run.steps} steps"),
         *_heat(run),
+        *(
+            (f"{name}, gone at the end", f"{100.0 * gone[-1]:.1f} %")
+            for name, gone in run.reacted.items()
+            if len(gone)
+        ),
     ]
     tolerance = run.furnace_tolerance
     if tolerance is not None:
@@ -161,6 +170,15 @@ def _figures(run: Run) -> dict[str, Any]:
         figure.colorbar(shown, label="°C")
         figures["infrared"] = figure
 
+    if run.reacted and len(minutes):
+        figure = Figure(figsize=(8, 3), layout="constrained")
+        axes = figure.add_subplot()
+        for name, gone in run.reacted.items():
+            axes.plot(minutes, 100.0 * gone, label=name)
+        axes.set(xlabel="time, min", ylabel="gone, %", title="Reactions", ylim=(0.0, 102.0))
+        axes.legend(fontsize=8)
+        figures["reactions"] = figure
+
     if run.bow is not None and run.gap is not None:
         figure = Figure(figsize=(8, 3), layout="constrained")
         axes = figure.add_subplot()
@@ -199,7 +217,7 @@ def _plain(value: Any) -> Any:
     return float(value) if isinstance(value, np.floating) else value
 
 
-def _markdown(run: Run, name: str, stem: str, pictures: list[str]) -> str:
+def _markdown(run: Run, name: str, stem: str, pictures: list[str], about: Sequence[tuple[str, str]]) -> str:
     lines = [
         f"# {name}",
         "",
@@ -209,13 +227,13 @@ def _markdown(run: Run, name: str, stem: str, pictures: list[str]) -> str:
     ]
     lines += ["|---|---|---|---|"]
     lines += [f"| {' | '.join(row)} |" for row in criteria_table(run)]
-    lines += ["", "| | |", "|---|---|"] + [f"| {a} | {b} |" for a, b in facts(run)] + [""]
+    lines += ["", "| | |", "|---|---|"] + [f"| {a} | {b} |" for a, b in (*facts(run), *about)] + [""]
     lines += [f"![{picture}]({stem}_{picture}.png)\n" for picture in pictures]
     lines += ["## Scene", "", "```yaml", scene_text(run).rstrip(), "```", ""]
     return "\n".join(lines)
 
 
-def _html(run: Run, name: str, pictures: dict[str, bytes]) -> str:
+def _html(run: Run, name: str, pictures: dict[str, bytes], about: Sequence[tuple[str, str]]) -> str:
     def table(rows: list[Any], head: tuple[str, ...] = ()) -> str:
         top = "".join(f"<th>{html.escape(h)}</th>" for h in head)
         body = "".join(
@@ -240,7 +258,7 @@ td, th {{ border: 1px solid #ccc; padding: .2rem .6rem; text-align: left; }}
 img {{ max-width: 100%; }} pre {{ background: #f4f4f4; padding: 1rem; overflow: auto; }}
 </style></head><body>
 <h1>{title}</h1><p class="verdict">{html.escape(run.verdict)}</p>
-{criteria}{table(facts(run))}{images}
+{criteria}{table([*facts(run), *about])}{images}
 <h2>Scene</h2><pre>{html.escape(scene_text(run))}</pre>
 </body></html>
 """

@@ -21,6 +21,7 @@ from ..furnace.tabled import Table
 from ..heat.conduction import Array
 from ..model.door_model import DoorModel, door_model
 from ..model.probes import Radiometer, probes_of, unexposed_maximum, unexposed_mean
+from ..model.reacted import Reacted
 from ..scene.load import Scene, SceneError
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ class Run:
     nodes (N, 3) : m, x across the width, y up, both from the centre, z from the exposed face
     temperature (K, N), furnace (K,) : °C
     probes {name: (K,)} : °C; besides the scene's, `unexposed_mean` and `unexposed_maximum`
+    reacted {`material: reaction`: (K,)} : share of each reaction that has gone, 0 to 1, the mean over its
+        material's mass in the leaf
     deflection (K, N, 3), bow (K,), gap (K,), or None : m, where the scene asks for a
         deformation; solved every `deformation.interval` s and straight between
     status : whether it ran to its end, and if not why
@@ -61,6 +64,7 @@ class Run:
     verdict: str
     balance: HeatBalance
     steps: int = 0
+    reacted: dict[str, Array] = field(default_factory=dict)
     deflection: Array | None = None
     bow: Array | None = None
     gap: Array | None = None
@@ -102,7 +106,7 @@ def simulate(
     _log_lasts(model, duration)
     steady = scene.solver.model == "steady"
     heat = steady_state(model, duration) if steady else Heat(model)
-    probes, radiometer = probes_of(model), Radiometer(model)
+    probes, radiometer, reacted = probes_of(model), Radiometer(model), Reacted(model)
     criteria = Criteria(scene.criteria, probes, model.initial)
     times = np.array([duration]) if steady else sample_times(duration, sample_period)
 
@@ -112,6 +116,7 @@ def simulate(
 
     look()
     samples: list[tuple[Array, Array, float]] = []
+    gone: list[Array] = []
     bent = scene.deformation.model != "none" and not steady
     saved: dict[float, Saved] = {}
     for time in times:
@@ -120,6 +125,7 @@ def simulate(
         samples.append(
             (heat.temperature.copy(), probes.read(heat.temperature), float(heat.furnace(float(time))))
         )
+        gone.append(reacted.read(heat.degree))
         if bent and (not saved or time - max(saved) > scene.deformation.interval - 1e-6):
             saved[float(time)] = heat.save()
         if progress is not None:
@@ -146,6 +152,10 @@ def simulate(
         verdict="",
         balance=heat.balance,
         steps=heat.steps,
+        reacted={
+            f"{material}: {reaction}": np.array([each[r] for each in gone[:kept]])
+            for r, (material, reaction) in enumerate(reacted.name)
+        },
         deflection=None if shape is None else shape.displacement,
         bow=None if shape is None else shape.bow,
         gap=None if shape is None else shape.gap,

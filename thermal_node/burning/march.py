@@ -63,10 +63,16 @@ class HeatBalance:
 
 @dataclass
 class Saved:
-    """A state to go on from; see Heat. reacting : rates of the reactions, 1/s."""
+    """A state to go on from; see Heat.
+
+    flow (N,) : W into each node; inflow (6,) : W through the surfaces; as the last step left them
+    reacting : rates of the reactions, 1/s
+    """
 
     time: float
     temperature: Array
+    flow: Array
+    inflow: Array
     rate: Array
     bend: Array
     last: float
@@ -158,6 +164,8 @@ class Heat:
         return Saved(
             self.time,
             self.temperature.copy(),
+            self._flows[0].copy(),
+            self._inflows[0].copy(),
             self.rate.copy(),
             self.bend.copy(),
             self._last,
@@ -169,11 +177,18 @@ class Heat:
         )
 
     def restore(self, saved: Saved) -> None:
-        """Go on from a saved state; the march from there is the one that was left, bit by bit."""
+        """Go on from a saved state; the march from there is the one that was left, bit by bit.
+
+        The furnace is not part of it: it stays as it is now, and counts from the next step on, as one that is
+        exchanged while the march runs.
+        """
         self.temperature[:] = saved.temperature
         if self.degree is not None:
             self.degree[:] = 0.0 if saved.degree is None else saved.degree
         self._begin(saved.time)
+        # Not those of the furnace as it is now: what was measured since does not reach back.
+        self._flows[0] = saved.flow
+        self._inflows[0] = saved.inflow
         if saved.reacting is not None:
             self._rates[0] = saved.reacting
         self.rate[:] = saved.rate

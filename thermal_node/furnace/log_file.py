@@ -72,6 +72,16 @@ def read_columns(path: str | Path) -> Columns:
         raise SceneError(f"{path}: has {len(body)} rows of readings; give two or more below its header")
     column = _time_column(names)
     assert column is not None
+    first: dict[str, int] = {}
+    for i, name in enumerate(bare):
+        if i == column or not name:
+            continue
+        if name in first:
+            raise SceneError(
+                f"{path}:{line}: has two columns {name}, the {_ordinal(first[name])} and the {_ordinal(i)};"
+                " give each a name of its own, besides its unit"
+            )
+        first[name] = i
     seconds = _times(
         path, [(n, row[column] if column < len(row) else "") for n, row in body], units[column], notes
     )
@@ -96,12 +106,17 @@ def read_columns(path: str | Path) -> Columns:
         elif kind == "K":
             values = values - 273.15
             notes.append(f"{name} was in K")
-        if name in readings:
-            raise SceneError(f"{path}:{line}: has two columns {name}; give each a name of its own")
         readings[name] = values
     if unsaid:
         notes.append(f"without a unit, so read as s or °C: {', '.join(unsaid)}")
     return Columns(seconds, readings, tuple(notes), dict(zip(names, bare, strict=True)))
+
+
+def _ordinal(index: int) -> str:
+    """1st of 0."""
+    number = index + 1
+    ends = {1: "st", 2: "nd", 3: "rd"}
+    return f"{number}{'th' if number % 100 in (11, 12, 13) else ends.get(number % 10, 'th')}"
 
 
 BRACKETED = re.compile(r"^(.*?)\s*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*$")
@@ -134,7 +149,10 @@ def _units(names: list[str]) -> tuple[list[str], list[str]]:
         if unit and len(series) > 1:
             pairs[i] = (names[i], "")
     known = [u if u in TIME_UNITS or u in TEMPERATURE_UNITS or ":" in u else "" for _, u in pairs]
-    return [bare for bare, _ in pairs], known
+    bare = [one for one, _ in pairs]
+    # In "furnace (left)" and "furnace (right)" the brackets tell which, not the unit.
+    telling = {b for b, unit in zip(bare, known, strict=True) if not unit and bare.count(b) > 1}
+    return [name if b in telling else b for name, b in zip(names, bare, strict=True)], known
 
 
 def _text(path: Path) -> tuple[str, list[str]]:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..scene.load import SceneError
 from .log_file import Array, read_columns
 
 COLDEST, HOTTEST = -100.0, 1400.0
@@ -33,15 +32,13 @@ def read_thermocouple_log(path: str | Path) -> ThermocoupleLog:
     """Read a laboratory's CSV file: a time, then one column a thermocouple; see log_file.
 
     Columns whose names begin with furnace, gas or oven are the furnace's: their mean is it. Cells that are
-    empty or no number count as missing. Raises SceneError with the file and the line.
+    empty or no number count as missing. Raises SceneError with the file and the line, as read_columns does.
     """
     columns = read_columns(path)
     readings: dict[str, Array] = {}
     notes = list(columns.notes)
     for name, values in columns.readings.items():
         bare = columns.plain[name]
-        if bare in readings:
-            raise SceneError(f"{path}:1: has two columns {bare}; give each a name of its own")
         with np.errstate(invalid="ignore"):
             beyond = np.isfinite(values) & ((values < COLDEST) | (values > HOTTEST))
         if beyond.any():

@@ -49,8 +49,6 @@ class CriteriaPart(Part):
             return self
         if self.division is not None:
             raise Misplaced(("division",), "is given beside standard; give one of the two")
-        if len(set(self.standard)) < len(self.standard):
-            raise Misplaced(("standard",), "names a standard twice; give each once")
         return self
 
     @property

@@ -66,12 +66,6 @@ class StopPart(Part):
     edges: Annotated[tuple[Edge, ...], Field(min_length=1)] = ("hinge", "latch", "top")
     clearance: Play = 0.0
 
-    @model_validator(mode="after")
-    def _once(self) -> StopPart:
-        if len(set(self.edges)) < len(self.edges):
-            raise Misplaced(("edges",), "names an edge twice; give each once")
-        return self
-
 
 class DeformationPart(Part):
     """Thermo-elastic deformation of the leaf.

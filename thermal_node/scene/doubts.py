@@ -59,7 +59,7 @@ def doubts(scene: Scene) -> tuple[str, ...]:
 
 
 def _of(reaction: ReactionPart, start: float) -> list[str]:
-    called = reaction.name or "a reaction"
+    called = reaction.name
     found = []
     for key, least in LEAST_HEAT.items():
         given = getattr(reaction, key)

@@ -15,6 +15,9 @@ from .quantities import ContactResistance, Fraction, GreyEmissivity, Size, Thick
 THIN = 3e-3
 """m; a layer up to this thick gets one brick where the scene gives no count."""
 
+CAVITY = "cavity"
+"""What a cavity is called in lists of layers by their materials."""
+
 
 class Layer(Part):
     """One layer of the leaf, from the exposed face on.
@@ -55,7 +58,7 @@ class CavityLayer(Part):
     @property
     def material(self) -> str:
         """For lists of layers by name."""
-        return "cavity"
+        return CAVITY
 
     @property
     def contact_resistance(self) -> None:

@@ -1,7 +1,7 @@
 """Materials whose every value has a source that was at hand; docs/materials.md is made of them.
 
-What is not here was left out because its values could not be traced: gypsum, calcium silicate and vermiculite
-boards, glass wool, ceramic fibre, ceramic glass, intumescent strips. A scene gives those as its own tables.
+What is not here was left out because its values could not be traced: gypsum and vermiculite boards, glass
+wool, ceramic fibre, ceramic glass, intumescent strips. A scene gives those as its own tables.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 SLABS = "firemodels/fds, Validation/Insulation_Materials, stone_wool_const_AEn_{} (US government work)"
+FIRES = "firemodels/fds, Validation/WTC, WTC_05 (US government work)"
+SPRAYED = f"{FIRES}, there from NIST NCSTAR 1-6A, tables 6-4 and 6-5"
 STAINLESS = "EN 1993-1-2:2005 Annex C"
 
 
@@ -90,6 +92,41 @@ def _stainless() -> Entry:
     )
 
 
+def _board() -> Entry:
+    """Marinite I, as in NIST's fires for the World Trade Center."""
+    return Entry(
+        "calcium silicate board, 737 kg/m3 (BNZ Marinite I)",
+        {
+            "density": 737.0,
+            "specific_heat": {
+                "temperature": [93.0, 205.0, 316.0, 425.0],
+                "value": [1172.0, 1255.0, 1339.0, 1423.0],
+                "beyond": "hold",
+            },
+            "conductivity": {"temperature": [24.0, 149.0, 538.0], "value": [0.13, 0.12, 0.12]},
+        },
+        {"density": FIRES, "specific_heat": f"{FIRES}, held above as there", "conductivity": FIRES},
+    )
+
+
+def _sprayed() -> Entry:
+    return Entry(
+        "sprayed mineral fibre, 208 kg/m3 (Isolatek Blaze-Shield DC/F)",
+        {
+            "density": 208.0,
+            "specific_heat": {
+                "temperature": [25.0, 100.0, 300.0, 500.0, 800.0, 1200.0],
+                "value": [830.0, 940.0, 720.0, 900.0, 1020.0, 1070.0],
+            },
+            "conductivity": {
+                "temperature": [25.0, 100.0, 300.0, 500.0, 800.0, 1200.0],
+                "value": [0.046, 0.063, 0.11, 0.17, 0.34, 0.53],
+            },
+        },
+        {"density": FIRES, "specific_heat": SPRAYED, "conductivity": SPRAYED},
+    )
+
+
 LIBRARY: dict[str, Entry] = {
     "stone_wool_38": _stone_wool(
         20, 38.0, 0.007, (994.9, 1143.8),
@@ -107,5 +144,7 @@ LIBRARY: dict[str, Entry] = {
         1, 99.9, 0.015, (996.1, 1150.0),
         [0.0305, 0.0405, 0.0555, 0.0744, 0.0982, 0.1280, 0.1646, 0.2090, 0.2621, 0.3246, 0.3974],
     ),
+    "calcium_silicate_737": _board(),
+    "sprayed_fibre_208": _sprayed(),
     "stainless_steel": _stainless(),
 }  # fmt: skip

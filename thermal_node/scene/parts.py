@@ -24,8 +24,6 @@ from .quantities import (
 from .reactions_part import AnyMoisture, ReactionPart
 
 Series = tuple[Number, ...]
-RESERVED = ("ftp_", "en_", "en1_", "ul_", "astm_", "unexposed_")
-"""Beginnings of names that the standards' points, and what is read of the whole face, have."""
 
 
 def _property(value: Any) -> Any:
@@ -114,7 +112,13 @@ class MaterialPart(Part):
             return given
         if not isinstance(name, str) or name not in LIBRARY:
             raise unknown(("library",), name, sorted(LIBRARY))
-        return {**LIBRARY[name].keys, **{key: value for key, value in given.items() if value is not None}}
+        taken = dict(LIBRARY[name].keys)
+        for key, value in given.items():
+            if isinstance(value, dict) and list(value) == ["beyond"] and isinstance(taken.get(key), dict):
+                taken[key] = {**taken[key], **value}  # its table, with another end
+            elif value is not None:
+                taken[key] = value
+        return taken
 
     @model_validator(mode="after")
     def _possible(self) -> MaterialPart:
@@ -155,8 +159,12 @@ class MaterialPart(Part):
                 )
 
     def all_reactions(self) -> tuple[ReactionPart, ...]:
-        """Reactions, moisture first."""
-        return (() if self.moisture is None else (self.moisture.reaction(),)) + self.reactions
+        """Reactions, moisture first; one without a name is called after its place, reactions.0."""
+        named = tuple(
+            r if r.name else r.model_copy(update={"name": f"reactions.{n}"})
+            for n, r in enumerate(self.reactions)
+        )
+        return (() if self.moisture is None else (self.moisture.reaction(),)) + named
 
 
 class MeshPart(Part):

@@ -13,6 +13,8 @@ from pydantic import BeforeValidator, model_validator
 
 from .quantities import Fraction, Number, Temperature
 
+MOISTURE = "moisture"
+"""What a material's moisture is called among its reactions."""
 WATER, STEAM = 4187.0, 2.257e6
 """Specific heat of water from 0 to 100 °C, J/(kg K), and its latent heat at 100 °C, J/kg (IAPWS-95)."""
 OXYGEN = 13.1e6
@@ -76,7 +78,7 @@ class ReactionPart(Part):
     oxygen : unlimited, or diffusion: as fast as oxygen comes in from the unexposed face
     """
 
-    name: str = "reaction"
+    name: str = ""
     share: Share
     residue: Fraction = 0.0
     latent_heat: Heat | None = None
@@ -152,7 +154,7 @@ class MoisturePart(Part):
     def reaction(self) -> ReactionPart:
         """The same as a reaction."""
         return ReactionPart(
-            name="moisture",
+            name=MOISTURE,
             share=self.share,
             temperature=self.temperature,
             latent_heat=self.latent_heat,

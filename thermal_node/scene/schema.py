@@ -14,10 +14,10 @@ from pydantic import Field, model_validator
 from .criteria_part import CriteriaPart, SealsPart
 from .deformation_part import DeformationPart
 from .furnace_part import FurnacePart, LateralPart, SurfacePart
-from .leaf_part import CavityLayer, Layer, Leaf
+from .leaf_part import Leaf
 from .library import LIBRARY
+from .names import check_names
 from .parts import (
-    RESERVED,
     MaterialPart,
     MeshPart,
     ProbesPart,
@@ -78,6 +78,7 @@ class Scene(Part):
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
+        check_names(self.leaf, self.materials, self.probes, self.criteria, self.deformation)
         self._materials_known()
         self._mesh_fits()
         self._tables_reach()
@@ -161,10 +162,6 @@ class Scene(Part):
                 )
         half = (0.5 * self.leaf.width, 0.5 * self.leaf.height, self.leaf.thickness)
         for name, point in self.probes.points.items():
-            if name.startswith(RESERVED):
-                raise Misplaced(
-                    ("probes", "points", name), "is named like a point of a standard; give another name"
-                )
             for key, limit in zip(("x", "y", "z"), half, strict=True):
                 value = getattr(point, key)
                 if value is not None and abs(value) > limit + 1e-9:
@@ -218,24 +215,3 @@ class Scene(Part):
                             f"ends at {end:g} °C but {what} {temperature:g} °C; give values to"
                             f" {temperature:g} °C, or beyond: hold or extend",
                         )
-
-
-def keys_beside(path: tuple[Any, ...], cavity: bool = False) -> list[str]:
-    """Keys that a scene may have where the key `path` stands; `cavity` : of a layer that is one."""
-    model: Any = Scene
-    for key in path[:-1]:
-        field = getattr(model, "model_fields", {}).get(key)
-        if field is None:
-            continue
-        found = [a for a in _annotations(field.annotation) if hasattr(a, "model_fields")]
-        if not found:
-            return []
-        model = found[0]
-    if cavity and getattr(model, "__origin__", model) is Layer:
-        model = CavityLayer
-    return [name for name in model.model_fields if name not in ("source", "constant", "rule")]
-
-
-def _annotations(annotation: Any) -> list[Any]:
-    inner = getattr(annotation, "__args__", ())
-    return [annotation] + [a for part in inner for a in _annotations(part)]

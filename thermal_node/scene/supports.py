@@ -42,12 +42,11 @@ class Stop:
 
 
 def _hinges(leaf: Leaf, deformation: DeformationPart) -> list[Hinge]:
-    """The hinges from below, each once."""
+    """The hinges from below."""
     given = deformation.hinges
     if given is None:
         given = tuple(Hinge(height=share * leaf.height) for share in HINGE_HEIGHTS)
-    unique = {(h.height, *_loose(h, deformation, "hinge")): h for h in given}
-    return [unique[key] for key in sorted(unique, key=lambda k: (k[0], k[1], k[2] or 0.0))]
+    return sorted(given, key=lambda hinge: hinge.height)
 
 
 def _loose(point: Hinge, deformation: DeformationPart, kind: str) -> tuple[float, float | None]:
@@ -118,7 +117,7 @@ def supports(leaf: Leaf, deformation: DeformationPart, half: bool = False) -> li
         )
         for n, h in enumerate(kept)
     ]
-    for lock in sorted(set(deformation.lock), key=lambda p: (p.height, p.across or 0.0)):
+    for lock in sorted(deformation.lock, key=lambda p: (p.height, p.across or 0.0)):
         if half and lock.height < -1e-12:
             continue
         across = "" if lock.across is None else f" and {lock.across:g} m across"

@@ -13,6 +13,7 @@ from flexsim_msgs.msg import (
     FireCriteria,
     LeafDeflection,
     LeafMesh,
+    Reactions,
     TemperatureField,
     Thermocouples,
 )
@@ -106,6 +107,16 @@ def thermocouples(test: FireTest, time: int) -> Thermocouples:
         x=doubles(x),
         y=doubles(y),
         z=doubles(z),
+    )
+
+
+def reactions(test: FireTest, time: int) -> Reactions:
+    """Return how far the materials have reacted."""
+    return Reactions(
+        header=header(time),
+        material=[material for material, _ in test.reacted.name],
+        reaction=[reaction for _, reaction in test.reacted.name],
+        degree=doubles(test.reactions),
     )
 
 

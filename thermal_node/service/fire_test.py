@@ -13,6 +13,7 @@ from ..heat.conduction import Array
 from ..mesh.whole import whole_leaf
 from ..model.door_model import door_model
 from ..model.probes import InfraredView, Radiometer, probes_of
+from ..model.reacted import Reacted
 from ..scene.load import Scene
 
 KEPT = 1000
@@ -27,6 +28,7 @@ class FireTest:
     time : s of fire exposure
     readings (P,) : °C, of `probes`
     temperature (N,) : °C, of the whole leaf's nodes (mesh.whole)
+    reactions (R,) : how far each of `reacted` has gone, 0 to 1
     measured : the furnace's log, or None while the scene's own furnace burns
     """
 
@@ -37,6 +39,7 @@ class FireTest:
         self.probes = probes_of(self.model)
         self.infrared = InfraredView(self.model)
         self._radiometer = Radiometer(self.model)
+        self.reacted = Reacted(self.model)
         self.whole = whole_leaf(self.model.mesh, scene.leaf.width, scene.leaf.height)
         self.reset()
 
@@ -72,6 +75,10 @@ class FireTest:
     @property
     def temperature(self) -> Array:
         return np.asarray(self.heat.temperature[self.whole.source])
+
+    @property
+    def reactions(self) -> Array:
+        return self.reacted.read(self.heat.degree)
 
     @property
     def furnace(self) -> float:

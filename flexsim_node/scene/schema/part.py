@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from flexsim_core.quantities import Misplaced, Part, between, number_in, unknown
+from flexsim_core.quantities import Misplaced, Part, between, each_once, number_in, unknown
 from pydantic import BeforeValidator, Field
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Side",
     "Vector",
     "between",
+    "each_once",
     "unknown",
 ]
 

@@ -12,7 +12,7 @@ from .effects import HELD_BY_FRAMES, Effects
 from .fault import Fault
 from .link import Joint, Link, Reduction
 from .loop import BASE, ClosingJoint
-from .part import Misplaced, Name, NotNegative, Number, Part, Positive, Vector, between, unknown
+from .part import Misplaced, Name, NotNegative, Number, Part, Positive, Vector, between, each_once, unknown
 from .sensor import Sensor
 from .torque import Torque
 from .validity import Validity
@@ -241,6 +241,7 @@ class Scene(Part):
     def _check_tips(self) -> None:
         several = isinstance(self.tip, tuple)
         names = self.tip if isinstance(self.tip, tuple) else () if self.tip is None else (self.tip,)
+        each_once(("tip",), names, "give each tip once")
         for n, name in enumerate(names):
             path = ("tip", n) if several else ("tip",)
             link, slash, point = name.partition("/")
@@ -248,8 +249,6 @@ class Scene(Part):
             if slash:
                 raise Misplaced(path, f"names a point {point!r}, but links have no points: give {link}, whose"
                                       " end is meant")  # fmt: skip
-            if name in names[:n]:
-                raise Misplaced(path, f"is {name!r} once more; give each tip once")
 
     def _check_names(self) -> None:
         names = self.link_names
@@ -261,14 +260,8 @@ class Scene(Part):
             link.joint.name or f"{link.name}_joint" if link.joint.type != "fixed" else None
             for link in self.links
         ]
-        for kind, several in (("link", names), ("joint", joints)):
-            for n, name in enumerate(several):
-                if name is not None and name in several[:n]:
-                    below = ("joint", "name") if kind == "joint" else ("name",)
-                    raise Misplaced(
-                        ("links", n, *below),
-                        f"is {name!r} like links.{several.index(name)}; give each {kind} its own name",
-                    )
+        each_once(("links",), names, "give each link its own name", ("name",))
+        each_once(("links",), joints, "give each joint its own name", ("joint", "name"))
         for n, link in enumerate(self.links):
             if link.parent and link.parent not in (BASE, *names[:n]):
                 earlier = ", ".join((BASE, *names[:n]))
@@ -333,15 +326,10 @@ class Scene(Part):
                 )
 
     def _check_sensors(self) -> None:
+        each_once(("sensors",), (s.name for s in self.sensors), "give each its own name", ("name",))
         for n, sensor in enumerate(self.sensors):
             if sensor.link is not None:
                 self._check_link(("sensors", n, "link"), sensor.link)
-            before = [other.name for other in self.sensors[:n]]
-            if sensor.name in before:
-                raise Misplaced(
-                    ("sensors", n, "name"),
-                    f"is {sensor.name!r} like sensors.{before.index(sensor.name)}; give each its own name",
-                )
             link = self.links[self.link_names.index(sensor.link) if sensor.link else -1]
             complaint = sensor.complaint(link)
             if complaint is not None:

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, model_validator
 
 from .link import Link
 from .part import Number, Part, between
 
 
+def _of_a_topic(name: str) -> str:
+    """A name that a ROS topic can have."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+        raise ValueError(f"is {name!r}; give letters, digits and _, a letter first")
+    return name
+
+
 class Sensor(Part):
     """A virtual instrument on a link; `at` (m) or `fraction` of its length, from its start, or its end."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+    name: Annotated[str, AfterValidator(_of_a_topic)]
     type: Literal["strain_gauge", "imu", "pose", "section_force"]
     link: str | None = None
     at: Annotated[Number, between(0.0, 1e2, "m", "metres from the link's start")] | None = None
