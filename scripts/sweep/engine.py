@@ -1,7 +1,7 @@
 """Where rows are run: an interface, and processes on this machine.
 
-A worker takes a batch of rows and tells each as soon as it is over. A worker that dies loses the row it was
-at, which is run again by itself; a row that ends a second worker fails for that reason.
+A worker says that it begins a batch of rows, and tells each as soon as it is over. A worker that dies loses
+the row it was at, which is run again by itself; a row that ends a second worker fails for that reason.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Work = Callable[[Any], Any]
 """What runs a row: a task to an outcome, both of which can be pickled. What it raises ends the sweep."""
 BATCH_SECONDS, LARGEST_BATCH = 0.5, 1000
 """A batch takes about so long; what an engine costs a batch is small beside it."""
-STRIKES = 2
+STRIKES, IDLE_DEATHS = 2, 10
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -53,7 +53,7 @@ class _Worker:
     process: Any
     connection: Connection
     waiting: deque[int] = field(default_factory=deque)
-    begun: float = 0.0
+    begun: float | None = None
 
 
 class Processes:
@@ -68,6 +68,8 @@ class Processes:
         self._workers: list[_Worker] = []
         self._seconds: float | None = None
         self.deaths = 0
+        self.strikes: dict[int, int] = {}
+        """Of the tasks that are run: those that ended a worker, and how many."""
 
     def __enter__(self) -> Processes:
         return self
@@ -100,7 +102,7 @@ class Processes:
             What the work itself raised, or workers that don't start.
         """
         todo = deque(range(len(tasks)))
-        strikes: dict[int, int] = {}
+        strikes = self.strikes = {}
         idle_deaths = 0
         while todo or any(worker.waiting for worker in self._workers):
             self._hand_out(tasks, todo, strikes)
@@ -112,18 +114,21 @@ class Processes:
                     kind, what = told
                     if kind == "failed":
                         raise WorkError(what)
-                    number = worker.waiting.popleft()
-                    now = time.monotonic()
-                    self._pace(now - worker.begun)
+                    now, begun = time.monotonic(), worker.begun
                     worker.begun = now
+                    if kind == "begun":
+                        continue
+                    self._pace(now - (begun or now))
                     idle_deaths = 0
-                    yield number, what
+                    yield worker.waiting.popleft(), what
                     continue
                 self.deaths += 1
                 how = self._bury(worker)
-                if not worker.waiting:
+                if worker.begun is None or not worker.waiting:
+                    # It was at no row, so none is to blame.
+                    todo.extendleft(reversed(worker.waiting))
                     idle_deaths += 1
-                    if idle_deaths > 2 * self._most:
+                    if idle_deaths > IDLE_DEATHS + 2 * self._most:
                         raise WorkError(f"workers end before they begin: the last {how}")
                     continue
                 at = worker.waiting.popleft()
@@ -152,7 +157,7 @@ class Processes:
             while todo and len(batch) < size and not (strikes.get(batch[0]) or strikes.get(todo[0])):
                 batch.append(todo.popleft())
             free.waiting.extend(batch)
-            free.begun = time.monotonic()
+            free.begun = None
             try:
                 free.connection.send([tasks[n] for n in batch])
             except OSError:
@@ -209,7 +214,9 @@ def _serve(connection: Connection, work: Work, parent: int) -> None:
             return
     try:
         while True:
-            for task in connection.recv():
+            batch = connection.recv()
+            connection.send(("begun", None))
+            for task in batch:
                 try:
                     outcome = work(task)
                 except Exception as problem:

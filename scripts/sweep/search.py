@@ -15,6 +15,7 @@ import numpy as np
 
 from .aim import aim, number_of, seen
 from .expression import Undefined
+from .inputs import Input
 from .probability import wilson
 from .sampling import correlated, correlation_matrix, grid, points, shares
 from .study_file import Study
@@ -151,27 +152,33 @@ class Search:
             self._ran(end)
         better, worse = (first, last) if first.aim <= last.aim else (last, first)
         if better.broken == 0.0:
+            self._middle(one, better, worse)
             return better, f"so_that holds at {better.point[one.key]:g} already, the better end of the range"
         if worse.broken:
             return None, f"so_that holds at neither end of {one.of[0]:g} to {one.of[1]:g}; give a wider range"
         tolerance = self._study.options.get("tolerance", 1e-3 * (one.of[1] - one.of[0]))
         for _ in range(STEPS):
             a, b = better.point[one.key], worse.point[one.key]
-            middle = math.sqrt(a * b) if one.kind == "log" else 0.5 * (a + b)
-            if abs(a - b) <= tolerance or middle in (a, b):
+            if abs(a - b) <= tolerance or _middle(one, a, b) in (a, b):
                 break
-            (design,) = self._judged([{one.key: middle}])
-            self._ran(design)
-            if not better.aim <= design.aim <= worse.aim:
-                raise SearchError(
-                    f"at {middle:g} the aim is not between those at {a:g} and {b:g}: bisection can't find the"
-                    " best; give method: evolution"
-                )
+            design = self._middle(one, better, worse)
             better, worse = (better, design) if design.broken == 0.0 else (design, worse)
         return worse, (
             f"so_that breaks at {better.point[one.key]:.6g} and holds at {worse.point[one.key]:.6g}; taken to"
             " change once between the ends"
         )
+
+    def _middle(self, one: Input, better: Design, worse: Design) -> Design:
+        """Try the middle of two designs; an aim that does not lie between theirs is no case for bisection."""
+        a, b = better.point[one.key], worse.point[one.key]
+        (design,) = self._judged([{one.key: _middle(one, a, b)}])
+        self._ran(design)
+        if not better.aim <= design.aim <= worse.aim:
+            raise SearchError(
+                f"at {design.point[one.key]:g} the aim is not between those at {a:g} and {b:g}: bisection"
+                " can't find the best; give method: evolution"
+            )
+        return design
 
     def _ran(self, design: Design) -> None:
         # Uncertain rows may fail, and count as not holding.
@@ -205,7 +212,7 @@ class Search:
 
         done = differential_evolution(
             energies, [(0.0, 1.0)] * count, maxiter=generations, popsize=POPULATION, tol=1e-6, polish=False,
-            updating="deferred", vectorized=True, init="sobol",
+            updating="deferred", vectorized=True, init="latinhypercube",
             rng=np.random.default_rng(self._study.options.get("seed", 1)),
         )  # fmt: skip
         best = min(self.designs, key=lambda d: d.energy)
@@ -213,3 +220,7 @@ class Search:
             return None, f"so_that holds for none of {len(self.designs)} designs"
         ended = "until they agreed" if done.success else "until the evaluations allowed were used up"
         return best, f"differential evolution, {done.nit} generations, {ended}; not proved to be the best"
+
+
+def _middle(one: Input, a: float, b: float) -> float:
+    return math.sqrt(a * b) if one.kind == "log" else 0.5 * (a + b)
