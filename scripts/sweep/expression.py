@@ -117,7 +117,7 @@ def _check(node: ast.AST, known: frozenset[str], text: str, depth: int) -> None:
             raise ExpressionError(f"{text!r}: a call of this kind is not allowed; {WRONG}")
         if node.func.id not in FUNCTIONS and node.func.id not in known:
             raise ExpressionError(_unknown(node.func.id, known | set(FUNCTIONS), text))
-        least, most = FUNCTIONS[node.func.id][1:] if node.func.id in FUNCTIONS else (1, 2)
+        least, most = FUNCTIONS[node.func.id][1:] if node.func.id in FUNCTIONS else (0, 2)
         if not least <= len(node.args) <= most:
             count = f"{least}" if least == most else f"{least} to {most}"
             raise ExpressionError(f"{text!r}: {node.func.id} takes {count} values, not {len(node.args)}")

@@ -66,7 +66,9 @@ def morris_effects(at: Array, values: Array) -> list[Effect]:
     """
     whole = np.isfinite(values).all(axis=1)
     if whole.sum() < 2:
-        raise ValueError("fewer than two trajectories are whole; ask for more trajectories")
+        raise ValueError(
+            "fewer than two trajectories have no failed or infinite row; ask for more trajectories"
+        )
     at, values = at[whole], values[whole]
     steps, changes = np.diff(at, axis=1), np.diff(values, axis=1)
     moved = np.abs(steps).argmax(axis=2)
@@ -109,7 +111,7 @@ def sobol_indices(values: Array, confidence: float, resamples: int, seed: int) -
     """
     values = values[np.isfinite(values).all(axis=1)]
     if len(values) < 8:
-        raise ValueError(f"only {len(values)} samples are whole; give a greater count")
+        raise ValueError(f"only {len(values)} samples have no failed or infinite row; give a greater count")
     if np.ptp(values) == 0.0:
         raise ValueError("does not change with any input")
     # In units of its own size, so that neither squares nor differences lose digits.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import keyword
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -128,6 +129,9 @@ def read_study(path: Path, known: Mapping[str, frozenset[str]]) -> Study:
         if one.key in settings:
             raise r.wrong(("vary", one.key), "is in set also; leave it out of one of them")
     ask, options = _ask(r)
+    observe = {str(k): str(v) for k, v in r.mapping("observe").items()}
+    _expressions(r, observe, known[kind])
+    _aims(r, observe, ask, options, tuple(vary))
     method, count, seed = _sample(r, vary, ask)
     correlation = _correlation(r, vary)
     if correlation and (ask in ("morris", "sobol") or method == "grid"):
@@ -135,14 +139,10 @@ def read_study(path: Path, known: Mapping[str, frozenset[str]]) -> Study:
         raise r.wrong(
             ("correlation",), f"{what} no meaning for inputs that depend on each other; leave it out"
         )
-    observe = {str(k): v for k, v in r.mapping("observe").items()}
-    study = Study(
+    return Study(
         str(path), scene, kind, settings, float(duration), float(period), tuple(vary), correlation, method,
-        count, seed, {k: str(v).lower() if isinstance(v, bool) else str(v) for k, v in observe.items()},
-        ask, options,
+        count, seed, observe, ask, options,
     )  # fmt: skip
-    _expressions(r, study, known[kind])
-    return study
 
 
 def _scene(r: _Reader) -> tuple[Path, str]:
@@ -166,10 +166,15 @@ def _sample(r: _Reader, vary: list[Input], ask: str) -> tuple[str, int, int]:
     method = sample.get("method", "sobol" if ask == "sobol" else "grid" if gridded else "latin_hypercube")
     if ask == "monte_carlo" and "method" not in sample:
         method = "random"
+    if ask == "morris" and {"method", "count"} & set(sample):
+        raise r.wrong(
+            ("sample",), "morris takes a sample of its own; give trajectories there, and a seed here"
+        )
     if method not in METHODS:
         raise r.wrong(("sample", "method"), f"is {method!r}; give {', '.join(METHODS)}")
-    if ask == "monte_carlo" and method == "grid":
-        raise r.wrong(("sample", "method"), "a grid has no probabilities; give random or latin_hypercube")
+    if ask in ("monte_carlo", "sobol") and method == "grid":
+        what = "probabilities" if ask == "monte_carlo" else "indices"
+        raise r.wrong(("sample", "method"), f"a grid has no {what}; give random, latin_hypercube or sobol")
     count = r.number(("sample", "count"), sample.get("count", 100), 1, MOST_ROWS, whole=True)
     seed = r.number(("sample", "seed"), sample.get("seed", 1), 0, 2**63 - 1, whole=True)
     if method == "grid" and "count" in sample and ask not in ("morris", "search"):
@@ -177,11 +182,12 @@ def _sample(r: _Reader, vary: list[Input], ask: str) -> tuple[str, int, int]:
     uncounted = [one.key for one in vary if method == "grid" and one.levels is None]
     if uncounted and ask in ("table", "pareto"):
         raise r.wrong(("vary", uncounted[0]), "has no count, which a grid needs; give one, or another method")
-    if method != "grid":
+    if (method != "grid" or ask == "morris") and ask != "search":
         for one in vary:
             if one.count is not None:
+                other = "morris" if ask == "morris" else method
                 raise r.wrong(
-                    ("vary", one.key), f"has a count, which is for a grid, not {method}; leave it out"
+                    ("vary", one.key), f"has a count, which is for a grid, not {other}; leave it out"
                 )
     return method, count, seed
 
@@ -255,30 +261,39 @@ def _listed(value: Any) -> list[Any]:
     return [] if value is None else list(value) if isinstance(value, list) else [value]
 
 
-def _expressions(r: _Reader, study: Study, known: frozenset[str]) -> None:
-    """Refuse expressions that can't be read, and names that don't go with them."""
-    for name, text in study.observe.items():
-        if not name.isidentifier() or name in known | NAMES:
-            why = "is a name of a run's own" if name in known | NAMES else "is no name"
-            raise r.wrong(("observe", name), f"{why}; give letters, digits and _, and one that is free")
+def _expressions(r: _Reader, observe: dict[str, str], known: frozenset[str]) -> None:
+    """Refuse expressions that can't be read, and names that can't be theirs."""
+    for name, text in observe.items():
+        if not name.isidentifier() or keyword.iskeyword(name) or name in NAMES:
+            raise r.wrong(
+                ("observe", name), "is no name; give letters, digits and _, no word of the grammar"
+            )
         try:
             Expression(text, known)
         except ExpressionError as problem:
             raise r.wrong(("observe", name), str(problem)) from None
-    if not study.observe:
+    if not observe:
         raise StudyFileError(
             f"{r.path}: observe: is missing; give names and expressions over a run's outputs"
         )
-    at = ("ask", study.ask)
-    of = _listed(study.options.get("of"))
-    for name in of:
-        if name not in study.observe:
-            near = difflib.get_close_matches(str(name), study.observe, 1)
-            right = f"did you mean {near[0]!r}?" if near else f"give some of {', '.join(study.observe)}"
+
+
+def _aims(
+    r: _Reader, observe: dict[str, str], ask: str, options: dict[str, Any], vary: tuple[Input, ...]
+) -> None:
+    """Refuse what is asked of quantities that are not observed."""
+    at = ("ask", ask)
+    for name in _listed(options.get("of")):
+        if name not in observe:
+            near = difflib.get_close_matches(str(name), observe, 1)
+            right = f"did you mean {near[0]!r}?" if near else f"give some of {', '.join(observe)}"
             raise r.wrong((*at, "of"), f"{name!r} is not observed; {right}")
     for key in ("minimise", "maximise", "so_that"):
-        for text in _listed(study.options.get(key)):
+        texts = _listed(options.get(key))
+        if len(texts) > 1 and (ask == "search" or key == "so_that"):
+            raise r.wrong((*at, key), "is a list; give one expression")
+        for text in texts:
             try:
-                aim(text, frozenset(study.observe), study.vary)
+                aim(text, frozenset(observe), vary)
             except ExpressionError as problem:
                 raise r.wrong((*at, key), str(problem)) from None

@@ -65,7 +65,7 @@ def _monte_carlo(_: Study, answer: dict[str, Any]) -> list[Shown]:
 
 
 def _left_out(said: dict[str, Any], what: str) -> str:
-    return f"; {said['left_out']} {what} with failed rows left out" if said["left_out"] else ""
+    return f"; {said['left_out']} {what} with failed or infinite rows left out" if said["left_out"] else ""
 
 
 def _morris(_: Study, answer: dict[str, Any]) -> list[Shown]:

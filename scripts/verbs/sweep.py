@@ -52,7 +52,7 @@ def command(
     \b
     Example:
       flexsim sweep config/studies/door_thickness.yaml
-      flexsim sweep config/studies/door_thickness.yaml --part 1/2 -o a.sqlite
+      flexsim sweep config/studies/door_probability.yaml --part 1/2 -o a.sqlite
       flexsim sweep --merge a.sqlite b.sqlite -o c.sqlite
     """
     if merge:
@@ -66,6 +66,8 @@ def command(
         raise click.ClickException(f"{path} does not exist; give a study's YAML file")
     if piece != (1, 1) and (csv_file or report):
         raise click.UsageError("--part has no answer yet: give --csv and --report with the merged table.")
+
+    import flexsim_core
 
     from ..sweep.runs import KNOWN, scene_run, tasks_of
     from ..sweep.study_file import read_study
@@ -83,7 +85,7 @@ def command(
 
     scripts = Path(__file__).parents[1]
     package = scripts.parent / ("flexsim_node" if study.kind == "robot" else "thermal_node")
-    depends = versions(package, scripts / "sweep")
+    depends = versions(package, Path(flexsim_core.__file__).parent, scripts / "sweep")
     table_path = Path(output or f"{path.name.split('.')[0]}.sqlite")
     count = workers or len(os.sched_getaffinity(0))
     with Table(table_path) as table, Processes(work, count) as engine:

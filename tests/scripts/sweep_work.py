@@ -1,6 +1,6 @@
-"""Rows of a cheap function for the tests of sweeps, run by processes as scenes are; and a program to be killed.
+"""Rows of a cheap function for the tests of sweeps, run by processes as scenes are; a program to be killed.
 
-    python sweep_work.py TABLE COUNT SECONDS WORKERS     runs a campaign to its end
+python sweep_work.py TABLE COUNT SECONDS WORKERS     runs a campaign to its end
 """
 
 from __future__ import annotations

@@ -24,18 +24,22 @@ Function = Callable[..., Any]
 
 
 def ask(
-    function: Function, vary: dict[str, Any], what: str, method: str = "sobol", count: int = 64, seed: int = 1,
-    **options: Any,
+    function: Function, vary: dict[str, Any], what: str, method: str = "sobol", count: int = 64,
+    seed: int = 1, **options: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Ask a study of a function of x, y, ...; None is a failed row."""
     inputs = tuple(read_input(key, given) for key, given in vary.items())
-    study = Study("s", Path("s"), "robot", {}, 1.0, 1.0, inputs, {}, method, count, seed, {"f": "f"}, what, options)
+    study = Study(
+        "s", Path("s"), "robot", {}, 1.0, 1.0, inputs, {}, method, count, seed, {"f": "f"}, what, options
+    )
 
     def rows(points: Sequence[dict[str, Any]]) -> list[Row | None]:
         made: list[Row | None] = []
         for n, point in enumerate(points):
             value = function(*point.values())
-            made.append(Row(str(n), point, None if value is None else {"f": value}, "" if value else "no value"))
+            made.append(
+                Row(str(n), point, None if value is None else {"f": value}, "" if value else "no value")
+            )
         return made
 
     return answered(study, rows).found
@@ -79,8 +83,9 @@ def test_the_intervals_hold_the_exact_indices_at_their_rate() -> None:
         for i, index in enumerate(sobol_indices(values, 0.95, 200, seed)):
             key = "xyz"[i]
             held[i] += [
-                index.first[1] <= SHARE[key] <= index.first[2], index.total[1] <= TOTAL[key] <= index.total[2],
-            ]  # fmt: skip
+                index.first[1] <= SHARE[key] <= index.first[2],
+                index.total[1] <= TOTAL[key] <= index.total[2],
+            ]
     least = int(stats.binom(60, 0.95).ppf(1e-3))
     assert (held >= least).all(), held
 
@@ -98,7 +103,9 @@ def test_indices_are_those_of_scipy() -> None:
 
 
 def test_a_failed_row_costs_its_sample_and_is_said() -> None:
-    found = ask(lambda x, y: None if x > 0.9 else x + 2.0 * y, {k: {"from": 0.0, "to": 1.0} for k in "xy"}, "sobol")
+    found = ask(
+        lambda x, y: None if x > 0.9 else x + 2.0 * y, {k: {"from": 0.0, "to": 1.0} for k in "xy"}, "sobol"
+    )
     assert found["indices"]["f"]["left_out"] > 0
     found = ask(lambda x: 3.0, {"x": {"from": 0.0, "to": 1.0}}, "sobol")
     assert found["indices"]["f"] == {"problem": "does not change with any input"}
@@ -110,7 +117,9 @@ def test_a_failed_row_costs_its_sample_and_is_said() -> None:
 def test_morris_effects_of_a_plane_are_its_slopes() -> None:
     """Exactly, without any unevenness; over the inputs' whole ranges."""
     vary = {"x": {"from": 0.0, "to": 2.0}, "y": {"from": -1.0, "to": 1.0}, "z": {"from": 0.0, "to": 1.0}}
-    found = ask(lambda x, y, z: 3.0 * x - y + 0.0 * z, vary, "morris", trajectories=5)["effects"]["f"]["inputs"]
+    found = ask(lambda x, y, z: 3.0 * x - y + 0.0 * z, vary, "morris", trajectories=5)["effects"]["f"][
+        "inputs"
+    ]
     for key, slope in (("x", 6.0), ("y", -2.0), ("z", 0.0)):
         effect = found[key]
         assert effect["mu"] == pytest.approx(slope, abs=1e-12)
@@ -140,13 +149,17 @@ def test_morris_changes_one_input_at_a_time() -> None:
 # Monte Carlo
 
 
-@pytest.mark.parametrize(("interval", "truth"), [("clopper_pearson", 0.03), ("wilson", 0.3), ("clopper_pearson", 0.8)])
+@pytest.mark.parametrize(
+    ("interval", "truth"), [("clopper_pearson", 0.03), ("wilson", 0.3), ("clopper_pearson", 0.8)]
+)
 def test_a_monte_carlo_s_interval_covers_the_truth_at_its_rate(interval: str, truth: float) -> None:
     """200 studies of 60 rows each, at 90 %: as many as a binomial of 200 has at least, 1 in 1000."""
     covered = 0
     for seed in range(200):
         vary = {"x": {"uniform": [0.0, 1.0]}}
-        found = ask(lambda x: x < truth, vary, "monte_carlo", "random", 60, seed, confidence=0.9, interval=interval)
+        found = ask(
+            lambda x: x < truth, vary, "monte_carlo", "random", 60, seed, confidence=0.9, interval=interval
+        )
         one = found["probabilities"]["f"]
         covered += one["lower"] <= truth <= one["upper"]
     assert covered >= stats.binom(200, 0.9).ppf(1e-3)
@@ -200,8 +213,12 @@ def test_a_front_is_what_no_row_beats() -> None:
 
 def test_a_study_s_front() -> None:
     vary = {"x": {"from": -1.0, "to": 2.0, "count": 31}}
-    found = ask(lambda x: (x - 1.0) ** 2, vary, "pareto", "grid", minimise=["f", "x"], so_that="input('x') >= 0")
-    assert [one["inputs"]["x"] for one in found["front"]] == pytest.approx(np.arange(10, -1, -1) / 10.0, abs=1e-12)
+    found = ask(
+        lambda x: (x - 1.0) ** 2, vary, "pareto", "grid", minimise=["f", "x"], so_that="input('x') >= 0"
+    )
+    assert [one["inputs"]["x"] for one in found["front"]] == pytest.approx(
+        np.arange(10, -1, -1) / 10.0, abs=1e-12
+    )
     assert found["broken"] == 10
 
 

@@ -78,11 +78,10 @@ def impossible(task: Task) -> None:
     raise ValueError("no run can have this")
 
 
-
 def test_what_no_row_can_do_ends_the_sweep(tmp_path: Path) -> None:
     """A mistake of the study's is said at the first row, and nothing is kept."""
     with Table(tmp_path / "t.sqlite") as table, Processes(impossible, 2) as engine:
-        with pytest.raises(WorkError, match="^no run can have this$"):
+        with pytest.raises(WorkError, match=r"^no run can have this$"):
             Campaign(table, engine, tasks_at).rows(points(9))
         assert len(table) == 0
 

@@ -124,6 +124,6 @@ def test_impossible_correlations_are_refused() -> None:
     ],
 )
 def test_what_cant_vary_like_that(given: object, sentence: str) -> None:
-    with pytest.raises(InputError, match="^[^\n]*$") as refused:
+    with pytest.raises(InputError, match=r"^[^\n]*$") as refused:
         read_input("key", given)
     assert sentence in str(refused.value)

@@ -60,7 +60,11 @@ def test_files_of_others_are_left_alone(write: bool, tmp_path: Path) -> None:
     raw = sqlite3.connect(made(path, ROW))
     raw.execute("PRAGMA user_version = 99")
     raw.close()
-    for one, sentence in ((other, "another program's"), (text, "no table of a sweep"), (path, "another version")):
+    for one, sentence in (
+        (other, "another program's"),
+        (text, "no table of a sweep"),
+        (path, "another version"),
+    ):
         before = one.read_bytes()
         with pytest.raises(TableError, match=sentence):
             Table(one, write)
@@ -94,7 +98,9 @@ with Table(Path(sys.argv[1])) as table:
         print(n)
         print(problem)
 """
-    done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True
+    )
     count, sentence = done.stdout.splitlines()
     assert int(count) > 10
     assert sentence.startswith(f"{path}: ") and "make room" in sentence and "goes on" in sentence
