@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 import keyword
 import math
 from collections.abc import Mapping
@@ -70,6 +71,11 @@ class _Reader:
         except SceneError as problem:
             raise StudyFileError(str(problem).replace("not a scene", "not a study")) from None
         self.path, self.given = path, plain(self.document)
+        for key, value in self.given.items():
+            try:
+                json.dumps(value)
+            except TypeError:
+                raise self.wrong((key,), "holds a date or the like; give numbers, words and lists") from None
 
     def wrong(self, key: tuple[Any, ...], what: str) -> StudyFileError:
         line = line_of(self.document, key)
@@ -265,9 +271,7 @@ def _expressions(r: _Reader, observe: dict[str, str], known: frozenset[str]) -> 
     """Refuse expressions that can't be read, and names that can't be theirs."""
     for name, text in observe.items():
         if not name.isidentifier() or keyword.iskeyword(name) or name in NAMES:
-            raise r.wrong(
-                ("observe", name), "is no name; give letters, digits and _, no word of the grammar"
-            )
+            raise r.wrong(("observe", name), "is no name; give letters, digits and _, no word of the grammar")
         try:
             Expression(text, known)
         except ExpressionError as problem:

@@ -120,7 +120,8 @@ class Table:
             fresh = not made
         if write:
             self._connection.execute("PRAGMA journal_mode = WAL")
-            self._connection.execute("PRAGMA synchronous = FULL")
+            # A killed process loses nothing that was added; a power cut may lose the last rows, no more.
+            self._connection.execute("PRAGMA synchronous = NORMAL")
             if fresh:
                 self._connection.executescript(f"BEGIN;{BEGIN}COMMIT;")
         elif fresh:
@@ -178,6 +179,17 @@ class Table:
             (row.key, json.dumps(dict(row.inputs)), observed, row.reason),
         )
 
+    def add_all(self, rows: Iterable[Row]) -> None:
+        """Keep rows in one transaction: all of them or none."""
+        self._ask("BEGIN")
+        try:
+            for row in rows:
+                self.add(row)
+        except BaseException:
+            self._ask("ROLLBACK")
+            raise
+        self._ask("COMMIT")
+
     def get(self, key: str) -> Row | None:
         """Return the row of a run; None where it was not run yet."""
         found = self._ask("SELECT * FROM rows WHERE key = ?", (key,))
@@ -218,8 +230,7 @@ def merge(parts: Iterable[Path], into: Path) -> tuple[int, int]:
                         f"{path} and {into}: hold different results of one run ({row.key[:12]},"
                         f" {dict(row.inputs)}); leave one of them out"
                     )
-            for row in new:
-                whole.add(row)
+            whole.add_all(new)
             added, had = added + len(new), had + len(rows) - len(new)
     return added, had
 

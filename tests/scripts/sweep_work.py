@@ -1,6 +1,6 @@
 """Rows of a cheap function for the tests of sweeps, run by processes as scenes are; a program to be killed.
 
-python sweep_work.py TABLE COUNT SECONDS WORKERS     runs a campaign to its end
+python sweep_work.py TABLE COUNT SECONDS WORKERS [BEGUN]    runs a campaign to its end
 """
 
 from __future__ import annotations
@@ -21,15 +21,18 @@ from flexsim.sweep.table import Row, Table, key_of
 
 @dataclass(frozen=True)
 class Cheap:
-    """A row that takes some time; the one at `deadly` ends its worker."""
+    """A row that takes some time; the one at `deadly` ends its worker; `begun` is a file it makes."""
 
     seconds: float = 0.0
     deadly: float | None = None
+    begun: str = ""
 
     def __call__(self, task: Task) -> Row:
         x = task.inputs["x"]
         if x == self.deadly:
             os.kill(os.getpid(), signal.SIGKILL)
+        if self.begun:
+            Path(self.begun).touch()
         time.sleep(self.seconds)
         if x % 7 == 3:
             return Row(task.key, task.inputs, None, f"no value at {x}")
@@ -49,10 +52,10 @@ def serial(count: int) -> list[Row]:
     return sorted((Cheap()(task) for task in tasks_at(points(count))), key=lambda row: row.key)
 
 
-def run_all(table: Path, count: int, seconds: float, workers: int) -> None:
-    with Table(table) as kept, Processes(Cheap(seconds), workers) as engine:
+def run_all(table: Path, count: int, seconds: float, workers: int, begun: str = "") -> None:
+    with Table(table) as kept, Processes(Cheap(seconds, begun=begun), workers) as engine:
         Campaign(kept, engine, tasks_at).rows(points(count))
 
 
 if __name__ == "__main__":
-    run_all(Path(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
+    run_all(Path(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]), *sys.argv[5:])
