@@ -54,8 +54,7 @@ def write_report(study: Study, answer: Answer, found: dict[str, Any], path: Path
     if found["reasons"]:
         rows = [[str(one["rows"]), one["reason"]] for one in found["reasons"]]
         body.append("<h2>Failed rows</h2>" + _html_table(["rows", "reason"], rows))
-    text = Path(study.source).read_text(encoding="utf-8")
-    body.append(f"<h2>Study</h2><pre>{html.escape(text)}</pre>")
+    body.append(f"<h2>Study</h2><pre>{html.escape(study.text)}</pre>")
     part = path.with_name(path.name + ".part")
     part.write_text(PAGE.format(title=html.escape(name), body="\n".join(body)), encoding="utf-8")
     part.replace(path)

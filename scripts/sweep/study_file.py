@@ -6,6 +6,7 @@ import difflib
 import json
 import keyword
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,6 +30,7 @@ ASKS: dict[str, tuple[str, ...]] = {
         "minimise", "maximise", "so_that", "probability", "tolerance", "evaluations", "seed", "method",
     ),
 }  # fmt: skip
+POINTLESS = re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+")
 DURATIONS = {"robot": (1.0, 1e-3), "fire_door": (3600.0, 60.0)}
 """s that are simulated, and between samples, where the study does not say."""
 
@@ -43,7 +45,7 @@ class Study:
 
     scene : path; kind : robot or fire_door; settings : what is set in every run
     vary : the inputs; correlation : of pairs of keys; method, count, seed : the sample
-    observe : name to expression; ask : what; options : its own
+    observe : name to expression; ask : what; options : its own; text : the file's
     """
 
     source: str
@@ -60,6 +62,7 @@ class Study:
     observe: dict[str, str]
     ask: str
     options: dict[str, Any] = field(default_factory=dict)
+    text: str = ""
 
 
 class _Reader:
@@ -68,9 +71,10 @@ class _Reader:
     def __init__(self, path: Path) -> None:
         try:
             self.document = read_scene(path, "scene, vary, observe, ask")
+            self.text = path.read_text(encoding="utf-8")
         except SceneError as problem:
             raise StudyFileError(str(problem).replace("not a scene", "not a study")) from None
-        self.path, self.given = path, plain(self.document)
+        self.path, self.given = path, _numbered(plain(self.document))
         for key, value in self.given.items():
             try:
                 json.dumps(value)
@@ -105,6 +109,15 @@ class _Reader:
             kind = "a whole number" if whole else "a number"
             raise self.wrong(at, f"is {value!r}; give {kind} from {least:g} to {most:g}")
         return value
+
+
+def _numbered(value: Any) -> Any:
+    """The same with numbers such as 1e-5, which YAML takes for words as they have no point."""
+    if isinstance(value, dict):
+        return {key: _numbered(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_numbered(one) for one in value]
+    return float(value) if isinstance(value, str) and POINTLESS.fullmatch(value) else value
 
 
 def read_study(path: Path, known: Mapping[str, frozenset[str]]) -> Study:
@@ -147,7 +160,7 @@ def read_study(path: Path, known: Mapping[str, frozenset[str]]) -> Study:
         )
     return Study(
         str(path), scene, kind, settings, float(duration), float(period), tuple(vary), correlation, method,
-        count, seed, observe, ask, options,
+        count, seed, observe, ask, options, r.text,
     )  # fmt: skip
 
 

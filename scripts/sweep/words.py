@@ -33,7 +33,7 @@ def _table(_: Study, answer: dict[str, Any]) -> list[Shown]:
     return [("observed", ["what", "least", "median", "most", "rows of each"], rows)]
 
 
-def _monte_carlo(_: Study, answer: dict[str, Any]) -> list[Shown]:
+def _monte_carlo(study: Study, answer: dict[str, Any]) -> list[Shown]:
     percent = f"{100 * answer['confidence']:g} %"
     made: list[Shown] = []
     chances = [
@@ -48,6 +48,8 @@ def _monte_carlo(_: Study, answer: dict[str, Any]) -> list[Shown]:
     ]
     if chances:
         note = f" (widened by {answer['failed']} failed rows)" if answer["failed"] else ""
+        if study.method != "random":
+            note += f"; made for random rows, mostly wider than need be for {study.method}"
         title = f"probabilities, {answer['interval'].replace('_', '-')} intervals{note}"
         made.append((title, ["what", "probability", percent, "held", "rows"], chances))
     rows = []

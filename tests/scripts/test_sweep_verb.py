@@ -221,6 +221,17 @@ def test_studies_that_cant_be_meant(old: str, new: str, sentence: str, tmp_path:
     assert rows_in(tmp_path / "study.sqlite") == 0
 
 
+def test_numbers_without_a_point_are_numbers(tmp_path: Path) -> None:
+    """YAML takes 4e-2 for a word."""
+    from flexsim.sweep.runs import KNOWN
+    from flexsim.sweep.study_file import read_study
+
+    path = study(tmp_path, "{search: {minimise: mean, tolerance: 1e-5}}")
+    path.write_text(path.read_text().replace("from: 0.04", "from: 4e-2"))
+    read = read_study(path, KNOWN)
+    assert (read.vary[0].of, read.options["tolerance"]) == ((0.04, 0.08), 1e-5)
+
+
 def test_a_grid_needs_levels(tmp_path: Path) -> None:
     path = study(tmp_path, "table\nsample: {method: grid}")
     path.write_text(path.read_text().replace(", count: 2", ""))
