@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..terminal.progress import Progress
-from .engine import Engine, Killed
-from .runs import Task
+from .engine import Engine, Killed, WorkError
+from .runs import Misasked, Task
 from .table import Row, Table
 
 Point = dict[str, Any]
@@ -32,7 +32,13 @@ class Campaign:
         self.ran = self.kept = self.failed = 0
 
     def rows(self, points: Sequence[Point]) -> list[Row | None]:
-        """Return a row for each point; None where it is another part's."""
+        """Return a row for each point; None where it is another part's.
+
+        Raises
+        ------
+        WorkError
+            Where the first row of all does not have what is observed.
+        """
         tasks = self._tasks(list(points))
         each: dict[str, Task] = {}
         for task in tasks:
@@ -61,11 +67,9 @@ class Campaign:
                     begun = time.monotonic()
                 for number, outcome in self._engine.run(batch):
                     task = batch[number]
-                    row = (
-                        Row(task.key, task.inputs, None, outcome.reason)
-                        if isinstance(outcome, Killed)
-                        else outcome
-                    )
+                    if isinstance(outcome, Misasked) and not self.ran and not self.kept:
+                        raise WorkError(outcome.row.reason)
+                    row = _row(task, outcome)
                     self._table.add(row)
                     rows.append(row)
                     self.ran += 1
@@ -74,6 +78,14 @@ class Campaign:
         finally:
             progress.clear()
         return rows
+
+
+def _row(task: Task, outcome: Any) -> Row:
+    """What is kept of an outcome."""
+    if isinstance(outcome, Killed):
+        return Row(task.key, task.inputs, None, outcome.reason)
+    row: Row = outcome.row if isinstance(outcome, Misasked) else outcome
+    return row
 
 
 def _so_far(done: int, total: int, failed: int, seconds: float) -> str:

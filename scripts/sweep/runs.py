@@ -39,6 +39,13 @@ class Task:
 
 
 @dataclass(frozen=True)
+class Misasked:
+    """A row whose scene does not have what is observed: of the first row a mistake of the study's."""
+
+    row: Row
+
+
+@dataclass(frozen=True)
 class SceneRun:
     """Runs rows of one scene; picklable, and it reads no file of the scene's again."""
 
@@ -49,14 +56,8 @@ class SceneRun:
     sample_period: float
     observe: Mapping[str, str]
 
-    def __call__(self, task: Task) -> Row:
-        """Run a row; what is wrong with it is its reason.
-
-        Raises
-        ------
-        ExpressionError
-            Where the study's expressions can't be of any run.
-        """
+    def __call__(self, task: Task) -> Row | Misasked:
+        """Run a row; what is wrong with it is its reason."""
         try:
             outputs = RUNS[self.kind](self, task.overrides)
         except Exception as problem:  # one row's trouble is no other's
@@ -70,7 +71,7 @@ class SceneRun:
             except Undefined as problem:
                 return Row(task.key, task.inputs, None, f"{name}: {problem}")
             except ExpressionError as problem:
-                raise ExpressionError(f"observe: {name}: {problem}") from None
+                return Misasked(Row(task.key, task.inputs, None, f"observe: {name}: {problem}"))
         return Row(task.key, task.inputs, observed)
 
 

@@ -8,13 +8,14 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from flexsim.sweep.campaign import Campaign
 from flexsim.sweep.engine import Processes, WorkError
-from flexsim.sweep.runs import Task
-from flexsim.sweep.table import Table
+from flexsim.sweep.runs import Misasked, Task
+from flexsim.sweep.table import Row, Table
 from sweep_work import Cheap, points, serial, tasks_at
 
 PATIENCE = 120.0
@@ -84,6 +85,28 @@ def test_what_no_row_can_do_ends_the_sweep(tmp_path: Path) -> None:
         with pytest.raises(WorkError, match=r"^no run can have this$"):
             Campaign(table, engine, tasks_at).rows(points(9))
         assert len(table) == 0
+
+
+@dataclass(frozen=True)
+class Lacking:
+    """Rows whose scene lacks what is observed, from one on."""
+
+    first: float
+
+    def __call__(self, task: Task) -> Row | Misasked:
+        row = Cheap()(task)
+        return Misasked(Row(row.key, row.inputs, None, "no bow")) if task.inputs["x"] >= self.first else row
+
+
+def test_what_the_first_row_lacks_is_the_study_s_mistake_and_later_a_failed_row(tmp_path: Path) -> None:
+    with Table(tmp_path / "a.sqlite") as table, Processes(Lacking(0.0), 1) as engine:
+        with pytest.raises(WorkError, match=r"^no bow$"):
+            Campaign(table, engine, tasks_at).rows(points(3))
+        assert len(table) == 0
+    with Table(tmp_path / "b.sqlite") as table, Processes(Lacking(2.0), 1) as engine:
+        rows = Campaign(table, engine, tasks_at).rows(points(4))
+        assert [row.reason for row in rows if row] == ["", "", "no bow", "no bow"]
+        assert len(table) == 4
 
 
 def killed_parents(kills: int, tmp_path: Path, seed: int) -> None:
