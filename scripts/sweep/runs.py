@@ -63,7 +63,8 @@ class SceneRun:
         except Exception as problem:  # one row's trouble is no other's
             expected = isinstance(problem, (ValueError, ArithmeticError, RuntimeError)) and str(problem)
             said = str(problem) if expected else f"unexpected {type(problem).__name__}: {problem}"
-            return Row(task.key, task.inputs, None, said)
+            # The same wherever it is run from: a merge compares reasons.
+            return Row(task.key, task.inputs, None, said.replace(self.source, Path(self.source).name))
         observed: dict[str, Any] = {}
         for name, text in self.observe.items():
             try:

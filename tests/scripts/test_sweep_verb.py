@@ -87,7 +87,8 @@ def test_parts_come_to_the_whole_and_failures_are_rows(tmp_path: Path) -> None:
     path = study(tmp_path, count=2, ambient="-500.0")
     whole = swept(path, "-o", "whole.sqlite", "--workers", 1, cwd=tmp_path)
     assert (whole["rows"], whole["failed"]) == (4, 2)
-    assert "ambient" in whole["reasons"][0]["reason"] and whole["reasons"][0]["rows"] == 2
+    assert whole["reasons"][0]["reason"].startswith("thesis_door_column.yaml, override: ambient: ")
+    assert whole["reasons"][0]["rows"] == 2
     for k in (1, 2):
         part = swept(path, "--part", f"{k}/2", "-o", f"{k}.sqlite", "--workers", 1, cwd=tmp_path)
         assert (part["points"], part["ran"], part["answer"]) == (4, 2, None)
