@@ -29,6 +29,8 @@ docs/robot
 docs/node
 docs/door
 docs/door_verdict
+docs/door_supports
+docs/materials
 docs/thermal_node
 docs/bags
 docs/controllers
