@@ -236,10 +236,24 @@ def _elementwise(function: Callable[[Any, Any], Any], a: Value, b: Value) -> Val
     except ZeroDivisionError:
         raise Undefined("a division by zero") from None
     except OverflowError:
-        raise Undefined("a number beyond what can be computed with") from None
+        raise Undefined(BEYOND) from None
     if isinstance(found, complex):
         raise Undefined("a root of a negative number")
-    return Series(times[0], np.asarray(found, float)) if times else float(found)
+    found = np.asarray(found, float)
+    _still_finite(found, left, right)
+    return Series(times[0], found) if times else float(found)
+
+
+BEYOND = "a number beyond what can be computed with"
+
+
+def _still_finite(found: Any, *given: Any) -> None:
+    """Refuse what arithmetic made infinite, or no number: only a time that never comes is infinite."""
+    if np.isfinite(found).all() or not all(np.isfinite(one).all() for one in given):
+        return
+    if np.isnan(found).any():
+        raise Undefined("a root or logarithm of a negative number, or zero by zero")
+    raise Undefined(f"a division by zero, or {BEYOND}")
 
 
 def _plain(value: Any) -> Any:
@@ -255,9 +269,19 @@ def _series(value: Value, of: str) -> Series:
     return value
 
 
+def _known(value: Value, of: str) -> Series:
+    """A quantity that is a number at each time: a comparison with NaN would pass over it."""
+    series = _series(value, of)
+    if np.isnan(series.value).any():
+        raise Undefined(f"{of}: the quantity is not a number at {series.time[np.isnan(series.value)][0]:g} s")
+    return series
+
+
 def _number(value: Value, of: str) -> float:
     if isinstance(value, (Series, str, bool)):
         raise ExpressionError(f"{of} takes a number there")
+    if math.isnan(value):
+        raise Undefined(f"{of}: one of its values is not a number")
     return value
 
 
@@ -272,9 +296,10 @@ def _extreme(of: str, best: Callable[[Any], Any]) -> Callable[..., float]:
 
 def _each(of: str, function: Callable[[Any], Any]) -> Callable[[Value], Value]:
     def applied(value: Value) -> Value:
-        if isinstance(value, Series):
-            return Series(value.time, function(value.value))
-        return float(function(_number(value, of)))
+        given = value.value if isinstance(value, Series) else _number(value, of)
+        found = function(given)
+        _still_finite(found, given)
+        return Series(value.time, found) if isinstance(value, Series) else float(found)
 
     return applied
 
@@ -300,9 +325,11 @@ def _at(value: Value, time: Value) -> float:
 
 def _settling_time(value: Value, band: Value, target: Value | None = None) -> float:
     """s after which a quantity stays within a band of a target, else of its last value; inf if never."""
-    series, half = _series(value, "settling_time"), _number(band, "settling_time")
+    series, half = _known(value, "settling_time"), _number(band, "settling_time")
+    if not half >= 0.0:
+        raise ExpressionError(f"settling_time: the band is {half:g}; give at least 0")
     goal = float(series.value[-1]) if target is None else _number(target, "settling_time")
-    outside = np.flatnonzero(~(np.abs(series.value - goal) <= half))
+    outside = np.flatnonzero(np.abs(series.value - goal) > half)
     if not len(outside):
         return float(series.time[0])
     last = int(outside[-1])
@@ -310,8 +337,8 @@ def _settling_time(value: Value, band: Value, target: Value | None = None) -> fl
 
 
 def _first_time(value: Value, limit: Value) -> float:
-    """s at which a quantity first reaches a limit, straight between samples; inf where it never does."""
-    series, level = _series(value, "first_time"), _number(limit, "first_time")
+    """s at which a quantity first is at a level or above, straight between samples; inf where never."""
+    series, level = _known(value, "first_time"), _number(limit, "first_time")
     over = np.flatnonzero(series.value >= level)
     if not len(over):
         return math.inf
@@ -333,7 +360,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], int, int]] = {
     "at": (_at, 2, 2),
     "settling_time": (_settling_time, 2, 3),
     "first_time": (_first_time, 2, 2),
-    "time_of_max": (lambda s: float(s.time[np.argmax(_series(s, "time_of_max").value)]), 1, 1),
+    "time_of_max": (lambda s: float(s.time[np.argmax(_known(s, "time_of_max").value)]), 1, 1),
     "abs": (_each("abs", np.abs), 1, 1),
     "sqrt": (_each("sqrt", np.sqrt), 1, 1),
     "exp": (_each("exp", np.exp), 1, 1),

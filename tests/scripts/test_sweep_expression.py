@@ -20,6 +20,7 @@ OUTPUTS = {
     "bow": Absent("the scene computes no deformation"),
     "never": math.inf,
     "none": math.nan,
+    "gappy": Series(TIME, np.where(TIME[50] == TIME, np.nan, TIME)),
 }
 KNOWN = frozenset(OUTPUTS)
 
@@ -117,6 +118,7 @@ def test_what_is_no_expression_is_refused_before_anything_is_run(text: str, sent
         ("count('x')", "takes nothing in brackets"),
         ("probe('tc_1', 2)", "does not take 2 such values"),
         ("at(ramp, word)", "takes a number there"),
+        ("settling_time(ramp, -1)", "give at least 0"),
     ],
 )
 def test_what_can_be_of_no_run_is_an_error(text: str, sentence: str) -> None:
@@ -136,10 +138,23 @@ def test_what_can_be_of_no_run_is_an_error(text: str, sentence: str) -> None:
         "none",
         "none < 1",
         "at(ramp, 5)",
+        "max(1 / ramp)",
+        "final(ramp / (ramp - 6))",
+        "1e200 * 1e200",
+        "max(ramp * 1e308 * 10)",
+        "log(0)",
+        "max(-log(ramp))",
+        "exp(1000)",
+        "first_time(gappy, 1)",
+        "time_of_max(gappy)",
+        "settling_time(gappy, 0.1)",
+        "max(gappy)",
+        "first_time(ramp, none)",
+        "settling_time(ramp, 0.1, none)",
     ],
 )
 def test_what_has_no_value_for_a_run_fails_that_run(text: str) -> None:
-    """Never a NaN in the table."""
+    """Never a NaN in the table, and never an infinity but that of a time that does not come."""
     with pytest.raises(Undefined):
         Expression(text, KNOWN)(OUTPUTS)
 
