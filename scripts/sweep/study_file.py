@@ -23,16 +23,18 @@ KEYS = ("scene", "set", "duration", "sample_period", "vary", "correlation", "sam
 ASKS: dict[str, tuple[str, ...]] = {
     "table": (),
     "monte_carlo": ("of", "confidence", "interval"),
-    "morris": ("of", "trajectories", "levels", "seed"),
+    "morris": ("of", "trajectories", "levels"),
     "sobol": ("of", "confidence", "resamples"),
     "pareto": ("minimise", "maximise", "so_that"),
     "search": (
         "minimise", "maximise", "so_that", "probability", "tolerance", "evaluations", "seed", "method",
     ),
 }  # fmt: skip
+COLUMNS = ("failure", "warnings")
+"""Columns of a table of rows beside what varies and what is observed."""
 POINTLESS = re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+")
-DURATIONS = {"robot": (1.0, 1e-3), "fire_door": (3600.0, 60.0)}
-"""s that are simulated, and between samples, where the study does not say."""
+DURATIONS: dict[str, tuple[float, float | None]] = {"robot": (1.0, None), "fire_door": (3600.0, 60.0)}
+"""s that are simulated, and between samples (None: a step), where the study does not say."""
 
 
 class StudyFileError(ValueError):
@@ -53,7 +55,7 @@ class Study:
     kind: str
     settings: dict[str, Any]
     duration: float
-    sample_period: float
+    sample_period: float | None
     vary: tuple[Input, ...]
     correlation: dict[tuple[str, str], float]
     method: str
@@ -134,7 +136,8 @@ def read_study(path: Path, known: Mapping[str, frozenset[str]]) -> Study:
     scene, kind = _scene(r)
     duration, period = DURATIONS[kind]
     duration = r.number(("duration",), r.given.get("duration", duration), 1e-9, 1e7)
-    period = r.number(("sample_period",), r.given.get("sample_period", period), 1e-9, 1e7)
+    if "sample_period" in r.given:
+        period = float(r.number(("sample_period",), r.given["sample_period"], 1e-9, 1e7))
     vary = []
     for key, given in r.mapping("vary").items():
         try:
@@ -149,7 +152,7 @@ def read_study(path: Path, known: Mapping[str, frozenset[str]]) -> Study:
             raise r.wrong(("vary", one.key), "is in set also; leave it out of one of them")
     ask, options = _ask(r)
     observe = {str(k): str(v) for k, v in r.mapping("observe").items()}
-    _expressions(r, observe, known[kind])
+    _expressions(r, observe, known[kind], [one.key for one in vary])
     _aims(r, observe, ask, options, tuple(vary))
     method, count, seed = _sample(r, vary, ask)
     correlation = _correlation(r, vary)
@@ -159,7 +162,7 @@ def read_study(path: Path, known: Mapping[str, frozenset[str]]) -> Study:
             ("correlation",), f"{what} no meaning for inputs that depend on each other; leave it out"
         )
     return Study(
-        str(path), scene, kind, settings, float(duration), float(period), tuple(vary), correlation, method,
+        str(path), scene, kind, settings, float(duration), period, tuple(vary), correlation, method,
         count, seed, observe, ask, options, r.text,
     )  # fmt: skip
 
@@ -185,6 +188,15 @@ def _sample(r: _Reader, vary: list[Input], ask: str) -> tuple[str, int, int]:
     method = sample.get("method", "sobol" if ask == "sobol" else "grid" if gridded else "latin_hypercube")
     if ask == "monte_carlo" and "method" not in sample:
         method = "random"
+    if ask == "search" and sample:
+        if not any(one.random for one in vary):
+            raise r.wrong(
+                ("sample",), "a search takes one of inputs with distributions, and none has; leave it out"
+            )
+        if method == "grid" and "method" in sample:
+            raise r.wrong(
+                ("sample", "method"), "is grid; give random, latin_hypercube or sobol for what is uncertain"
+            )
     if ask == "morris" and {"method", "count"} & set(sample):
         raise r.wrong(
             ("sample",), "morris takes a sample of its own; give trajectories there, and a seed here"
@@ -196,8 +208,9 @@ def _sample(r: _Reader, vary: list[Input], ask: str) -> tuple[str, int, int]:
         raise r.wrong(("sample", "method"), f"a grid has no {what}; give random, latin_hypercube or sobol")
     count = r.number(("sample", "count"), sample.get("count", 100), 1, MOST_ROWS, whole=True)
     seed = r.number(("sample", "seed"), sample.get("seed", 1), 0, 2**63 - 1, whole=True)
-    if method == "grid" and "count" in sample and ask not in ("morris", "search"):
-        raise r.wrong(("sample", "count"), "is for sampling; a grid has as many rows as its levels make")
+    for key in ("count", "seed"):
+        if method == "grid" and key in sample and ask not in ("morris", "search"):
+            raise r.wrong(("sample", key), "is for sampling; a grid has as many rows as its levels make")
     uncounted = [one.key for one in vary if method == "grid" and one.levels is None]
     if uncounted and ask in ("table", "pareto"):
         raise r.wrong(("vary", uncounted[0]), "has no count, which a grid needs; give one, or another method")
@@ -280,11 +293,15 @@ def _listed(value: Any) -> list[Any]:
     return [] if value is None else list(value) if isinstance(value, list) else [value]
 
 
-def _expressions(r: _Reader, observe: dict[str, str], known: frozenset[str]) -> None:
+def _expressions(r: _Reader, observe: dict[str, str], known: frozenset[str], keys: list[str]) -> None:
     """Refuse expressions that can't be read, and names that can't be theirs."""
     for name, text in observe.items():
         if not name.isidentifier() or keyword.iskeyword(name) or name in NAMES:
             raise r.wrong(("observe", name), "is no name; give letters, digits and _, no word of the grammar")
+        if name in keys or name in COLUMNS:
+            raise r.wrong(
+                ("observe", name), "is the name of something that varies, or of a column; give another"
+            )
         try:
             Expression(text, known)
         except ExpressionError as problem:
@@ -300,6 +317,8 @@ def _aims(
 ) -> None:
     """Refuse what is asked of quantities that are not observed."""
     at = ("ask", ask)
+    if options.get("of") == []:
+        raise r.wrong((*at, "of"), "is an empty list; give names that are observed, or leave it out")
     for name in _listed(options.get("of")):
         if name not in observe:
             near = difflib.get_close_matches(str(name), observe, 1)

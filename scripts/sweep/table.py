@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +26,8 @@ CREATE TABLE rows (
     key TEXT PRIMARY KEY,
     inputs TEXT NOT NULL,
     observed TEXT,
-    reason TEXT NOT NULL
+    reason TEXT NOT NULL,
+    warnings TEXT NOT NULL
 ) WITHOUT ROWID;
 CREATE TRIGGER unchanged BEFORE UPDATE ON rows BEGIN SELECT RAISE(ABORT, 'rows are never changed'); END;
 CREATE TRIGGER kept BEFORE DELETE ON rows BEGIN SELECT RAISE(ABORT, 'rows are never deleted'); END;
@@ -43,12 +44,14 @@ class Row:
 
     key : hash of all that the run depends on
     inputs : what was varied; observed : what was read, or None where it failed, for a reason
+    warnings : what the run warned of, though it came to its end
     """
 
     key: str
     inputs: Mapping[str, Any]
     observed: Mapping[str, Any] | None
     reason: str = ""
+    warnings: tuple[str, ...] = ()
 
 
 def key_of(run: Mapping[str, Any]) -> str:
@@ -83,7 +86,9 @@ class Table:
             raise
 
     def _take_lock(self) -> None:
-        beside = self.path.with_name(self.path.name + ".lock")
+        # By whatever name or link the table is reached, it has one lock.
+        real = self.path.resolve()
+        beside = real.with_name(real.name + ".lock")
         try:
             lock = self._lock = beside.open("a+", encoding="utf-8")
         except OSError as problem:
@@ -175,8 +180,8 @@ class Table:
         """Keep a row; the same run twice is a mistake of the program's."""
         observed = None if row.observed is None else json.dumps(dict(row.observed))
         self._ask(
-            "INSERT INTO rows VALUES (?, ?, ?, ?)",
-            (row.key, json.dumps(dict(row.inputs)), observed, row.reason),
+            "INSERT INTO rows VALUES (?, ?, ?, ?, ?)",
+            (row.key, json.dumps(dict(row.inputs)), observed, row.reason, json.dumps(row.warnings)),
         )
 
     def add_all(self, rows: Iterable[Row]) -> None:
@@ -203,11 +208,12 @@ class Table:
         return [_row(*found) for found in self._ask("SELECT * FROM rows ORDER BY key")]
 
 
-def _row(key: str, inputs: str, observed: str | None, reason: str) -> Row:
-    return Row(key, json.loads(inputs), None if observed is None else json.loads(observed), reason)
+def _row(key: str, inputs: str, observed: str | None, reason: str, warnings: str) -> Row:
+    seen = None if observed is None else json.loads(observed)
+    return Row(key, json.loads(inputs), seen, reason, tuple(json.loads(warnings)))
 
 
-def merge(parts: Iterable[Path], into: Path) -> tuple[int, int]:
+def merge(parts: Sequence[Path], into: Path) -> tuple[int, int]:
     """Put the rows of several tables into one, which may be there already; how many came, how many it had.
 
     Raises
@@ -216,6 +222,9 @@ def merge(parts: Iterable[Path], into: Path) -> tuple[int, int]:
         Where two tables hold different results of one run: nothing of that table is put in.
     """
     added = had = 0
+    for path in parts:  # before anything is made
+        with Table(path, write=False):
+            pass
     with Table(into) as whole:
         for path in parts:
             with Table(path, write=False) as part:
@@ -246,11 +255,11 @@ def write_csv(
     part = path.with_name(path.name + ".part")
     with part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow([*inputs, *observed, "failure"])
+        writer.writerow([*inputs, *observed, "failure", "warnings"])
         for point, row in zip(points, rows, strict=True):
             seen = row.observed or {}
             cells = [_cell(point.get(key)) for key in inputs] + [_cell(seen.get(name)) for name in observed]
-            writer.writerow([*cells, row.reason])
+            writer.writerow([*cells, row.reason, "; ".join(row.warnings)])
     part.replace(path)
 
 

@@ -69,8 +69,9 @@ def command(
 
     import flexsim_core
 
-    from ..sweep.runs import KNOWN, scene_run, tasks_of
+    from ..sweep.runs import KNOWN
     from ..sweep.study_file import read_study
+    from ..sweep.tasks import scene_run, tasks_of
 
     study = read_study(path, KNOWN)
     if study.ask == "search" and piece != (1, 1):
@@ -105,7 +106,7 @@ def command(
         print_json(found)
     else:
         print_answer(study, found)
-    if answer.whole and found["rows"] == found["failed"]:
+    if found["rows"] and found["rows"] == found["failed"]:
         raise click.ClickException(f"every row failed; the first: {found['reasons'][0]['reason']}")
     if study.ask == "search" and found["answer"]["found"] is None:
         raise click.ClickException(found["answer"]["how"])
@@ -127,7 +128,7 @@ def merged(files: tuple[str, ...], output: str | None, as_json: bool, others: bo
         raise click.UsageError("--merge takes tables and -o TABLE.sqlite, nothing else.")
     from ..sweep.table import merge
 
-    if any(Path(name).absolute() == Path(output).absolute() for name in files):
+    if any(Path(name).resolve() == Path(output).resolve() for name in files):
         raise click.UsageError(f"{output} is among the tables to be merged; give another -o.")
     added, had = merge([Path(name) for name in files], Path(output))
     if as_json:
@@ -140,17 +141,21 @@ def figures(study: Study, campaign: Campaign, answer: Answer) -> dict[str, Any]:
     """What a sweep came to."""
     from collections import Counter
 
-    failed = Counter(row.reason for row in answer.rows if row is not None and row.observed is None)
+    rows = [row for row in answer.rows if row is not None]
+    failed = Counter(row.reason for row in rows if row.observed is None)
+    warned = Counter(row.warnings[0] for row in rows if row.warnings)
     return {
         "study": study.source,
         "scene": str(study.scene),
         "ask": study.ask,
         "points": len(answer.points),
-        "rows": sum(row is not None for row in answer.rows),
+        "rows": len(rows),
         "ran": campaign.ran,
         "kept": campaign.kept,
         "failed": sum(failed.values()),
-        "reasons": [{"reason": reason, "rows": rows} for reason, rows in failed.most_common(10)],
+        "reasons": [{"reason": reason, "rows": count} for reason, count in failed.most_common(10)],
+        "warned": sum(warned.values()),
+        "warnings": [{"warning": first, "rows": count} for first, count in warned.most_common(10)],
         "answer": answer.found if answer.whole else None,
     }
 
@@ -163,6 +168,9 @@ def print_answer(study: Study, found: dict[str, Any]) -> None:
     say(f"{found['rows']} of {found['points']} points{failed}; {found['ran']} rows run now; {found['table']}")
     if found["reasons"]:
         print_table("failed rows", ["rows", "reason"], [[r["rows"], r["reason"]] for r in found["reasons"]])
+    if found["warnings"]:
+        told = [[w["rows"], w["warning"]] for w in found["warnings"]]
+        print_table("rows that came to their end and warn", ["rows", "the first warning of each"], told)
     if found["answer"] is None:
         say("the other parts' rows are missing; merge the tables, and run the study on the merged one")
         return
