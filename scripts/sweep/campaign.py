@@ -30,6 +30,7 @@ class Campaign:
     ) -> None:
         self._table, self._engine, self._tasks, self._part = table, engine, tasks, part
         self.ran = self.kept = self.failed = 0
+        self._first: str | None = None
 
     def rows(self, points: Sequence[Point]) -> list[Row | None]:
         """Return a row for each point; None where it is another part's.
@@ -37,9 +38,12 @@ class Campaign:
         Raises
         ------
         WorkError
-            Where the first row of all does not have what is observed.
+            Where the study's first row does not have what is observed. In another part than the first, which
+            does not run that row, such rows fail.
         """
         tasks = self._tasks(list(points))
+        if tasks:
+            self._first = self._first or tasks[0].key
         each: dict[str, Task] = {}
         for task in tasks:
             each.setdefault(task.key, task)
@@ -67,7 +71,7 @@ class Campaign:
                     begun = time.monotonic()
                 for number, outcome in self._engine.run(batch):
                     task = batch[number]
-                    if isinstance(outcome, Misasked) and not self.ran and not self.kept:
+                    if isinstance(outcome, Misasked) and task.key == self._first and not self.kept:
                         raise WorkError(outcome.row.reason)
                     row = _row(task, outcome)
                     self._table.add(row)

@@ -1,7 +1,7 @@
 """Where rows are run: an interface, and processes on this machine.
 
 A worker says that it begins a batch of rows, and tells each as soon as it is over. A worker that dies loses
-the row it was at, which is run again by itself; a row that ends a second worker fails for that reason.
+the row it was at, which is run again by itself; a row that ends worker after worker fails for that reason.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ Work = Callable[[Any], Any]
 """What runs a row: a task to an outcome, both of which can be pickled. What it raises ends the sweep."""
 BATCH_SECONDS, LARGEST_BATCH = 0.5, 1000
 """A batch takes about so long; what an engine costs a batch is small beside it."""
-STRIKES, IDLE_DEATHS = 2, 10
+OWN_DEATHS, OUTSIDE_DEATHS, IDLE_DEATHS = 3, 20, 10
+"""Workers that a row may end: by itself, as by SIGSEGV; by signals from outside, which may hit by chance."""
+OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -67,7 +69,7 @@ class Processes:
         self._context = multiprocessing.get_context("spawn")
         self._workers: list[_Worker] = []
         self._seconds: float | None = None
-        self.deaths = 0
+        self.deaths = self._idle_deaths = 0
         self.strikes: dict[int, int] = {}
         """Of the tasks that are run: those that ended a worker, and how many."""
 
@@ -103,7 +105,7 @@ class Processes:
         """
         todo = deque(range(len(tasks)))
         strikes = self.strikes = {}
-        idle_deaths = 0
+        self._idle_deaths = 0
         while todo or any(worker.waiting for worker in self._workers):
             self._hand_out(tasks, todo, strikes)
             watched: list[Any] = [w.connection for w in self._workers]
@@ -119,25 +121,28 @@ class Processes:
                     if kind == "begun":
                         continue
                     self._pace(now - (begun or now))
-                    idle_deaths = 0
+                    self._idle_deaths = 0
                     yield worker.waiting.popleft(), what
                     continue
-                self.deaths += 1
-                how = self._bury(worker)
+                code = self._bury(worker)
                 if worker.begun is None or not worker.waiting:
-                    # It was at no row, so none is to blame.
-                    todo.extendleft(reversed(worker.waiting))
-                    idle_deaths += 1
-                    if idle_deaths > IDLE_DEATHS + 2 * self._most:
-                        raise WorkError(f"workers end before they begin: the last {how}")
+                    self._died_idle(worker, todo, code)
                     continue
                 at = worker.waiting.popleft()
                 todo.extendleft(reversed(worker.waiting))
                 strikes[at] = strikes.get(at, 0) + 1
-                if strikes[at] >= STRIKES:
-                    yield at, Killed(f"its worker {how}, {STRIKES} times")
+                if strikes[at] >= (OUTSIDE_DEATHS if code in OUTSIDE else OWN_DEATHS):
+                    yield at, Killed(f"its worker {ending(code)}, {strikes[at]} times")
                 else:
                     todo.appendleft(at)
+
+    def _died_idle(self, worker: _Worker, todo: deque[int], code: int) -> None:
+        """Take back what a worker was given that died at no row, so that none is to blame."""
+        todo.extendleft(reversed(worker.waiting))
+        worker.waiting.clear()
+        self._idle_deaths += 1
+        if self._idle_deaths > IDLE_DEATHS + 2 * self._most:
+            raise WorkError(f"workers end before they begin: the last {ending(code)}")
 
     def _pace(self, seconds: float) -> None:
         self._seconds = seconds if self._seconds is None else 0.8 * self._seconds + 0.2 * seconds
@@ -161,11 +166,7 @@ class Processes:
             try:
                 free.connection.send([tasks[n] for n in batch])
             except OSError:
-                # It has died before it took any of them: no fault of theirs.
-                todo.extendleft(reversed(free.waiting))
-                free.waiting.clear()
-                self._bury(free)
-                self.deaths += 1
+                self._died_idle(free, todo, self._bury(free))
 
     def _begin(self) -> _Worker:
         ours, its = self._context.Pipe()
@@ -186,15 +187,16 @@ class Processes:
         self._workers.append(worker)
         return worker
 
-    def _bury(self, worker: _Worker) -> str:
-        """Forget a worker that is dead; how it ended, in words."""
+    def _bury(self, worker: _Worker) -> int:
+        """Forget a worker that is dead; its exit code."""
+        self.deaths += 1
         worker.process.join(5.0)
         if worker.process.is_alive():  # its pipe is broken, so it is of no use
             worker.process.kill()
             worker.process.join()
         worker.connection.close()
         self._workers.remove(worker)
-        return ending(worker.process.exitcode)
+        return int(worker.process.exitcode)
 
 
 def _told(worker: _Worker) -> Any:

@@ -21,16 +21,17 @@ from flexsim.sweep.table import Row, Table, key_of
 
 @dataclass(frozen=True)
 class Cheap:
-    """A row that takes some time; the one at `deadly` ends its worker; `begun` is a file it makes."""
+    """A row that takes some time; the one at `deadly` ends its worker by `by`; `begun` is a file it makes."""
 
     seconds: float = 0.0
     deadly: float | None = None
+    by: int = signal.SIGKILL
     begun: str = ""
 
     def __call__(self, task: Task) -> Row:
         x = task.inputs["x"]
         if x == self.deadly:
-            os.kill(os.getpid(), signal.SIGKILL)
+            os.kill(os.getpid(), self.by)
         if self.begun:
             Path(self.begun).touch()
         time.sleep(self.seconds)
