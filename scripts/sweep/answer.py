@@ -63,7 +63,7 @@ def planned_points(study: Study) -> tuple[list[Point], np.ndarray | None]:
             options.get("trajectories", 20),
             dimension,
             options.get("levels", 4),
-            options.get("seed", study.seed),
+            study.seed,
         )
         return points(study.vary, at.reshape(-1, dimension)), at
     if study.ask == "sobol":
@@ -80,6 +80,13 @@ def planned_points(study: Study) -> tuple[list[Point], np.ndarray | None]:
 def _of(study: Study) -> list[str]:
     of = study.options.get("of")
     return list(study.observe) if of is None else of if isinstance(of, list) else [of]
+
+
+def _numbers(rows: Sequence[Row], name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """The same in a shape; ValueError where they are words."""
+    if any(isinstance(row.observed[name], str) for row in rows if row.observed is not None):
+        raise ValueError("is a word, not a number; observe a condition such as verdict == '...'")
+    return column(rows, name).reshape(shape)
 
 
 def column(rows: Sequence[Row], name: str) -> np.ndarray:
@@ -111,12 +118,14 @@ def _monte_carlo(study: Study, _: list[Point], rows: list[Row], __: Any) -> dict
     numbers: dict[str, Any] = {}
     for name in _of(study):
         values = [row.observed[name] for row in rows if row.observed is not None]
-        if values and isinstance(values[0], (bool, str)):
+        if not values:
+            numbers[name] = {"rows": 0}
+        elif isinstance(values[0], (bool, str)):
             for word in [True] if isinstance(values[0], bool) else sorted(set(map(str, values))):
                 made = chance(sum(v == word for v in values), len(values), failed, confidence, interval)
                 label = name if word is True else f"{name} is {word}"
                 chances[label] = {"share": made.share, **asdict(made)}
-        elif len(values) > 1:
+        else:
             numbers[name] = described(np.array(values, float), confidence)
     return {"confidence": confidence, "interval": interval, "probabilities": chances, "numbers": numbers,
             "failed": failed}  # fmt: skip
@@ -125,8 +134,8 @@ def _monte_carlo(study: Study, _: list[Point], rows: list[Row], __: Any) -> dict
 def _morris(study: Study, _: list[Point], rows: list[Row], at: np.ndarray) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name in _of(study):
-        values = column(rows, name).reshape(at.shape[:2])
         try:
+            values = _numbers(rows, name, at.shape[:2])
             effects = morris_effects(at, values)
         except ValueError as problem:
             found[name] = {"problem": str(problem)}
@@ -142,8 +151,8 @@ def _sobol(study: Study, _: list[Point], rows: list[Row], at: np.ndarray) -> dic
     confidence = study.options.get("confidence", CONFIDENCE)
     found: dict[str, Any] = {}
     for name in _of(study):
-        values = column(rows, name).reshape(at.shape[:2])
         try:
+            values = _numbers(rows, name, at.shape[:2])
             indices = sobol_indices(values, confidence, study.options.get("resamples", 1000), study.seed)
         except ValueError as problem:
             found[name] = {"problem": str(problem)}
@@ -168,7 +177,7 @@ def _pareto(study: Study, planned: list[Point], rows: list[Row], _: Any) -> dict
             continue
         names = seen(point, row.observed)
         try:
-            if condition is not None and condition(names) is not True:
+            if condition is not None and condition.excess(names) > 0.0:
                 broken += 1
                 continue
             values[n] = [sign * number_of(one, names) for sign, one in aims]

@@ -16,6 +16,7 @@ RIGHT = (
 )
 DISTRIBUTIONS = ("normal", "lognormal", "uniform")
 MOST_LEVELS = 100_000
+TINY = 2.0**-53
 
 
 class InputError(ValueError):
@@ -72,6 +73,8 @@ class Input:
             return second if share == 1.0 else first + share * (second - first)
         if self.kind == "log":
             return second if share == 1.0 else first if share == 0.0 else first * (second / first) ** share
+        # A sample may draw the end of the unit interval, where a normal value is infinite.
+        share = min(max(share, TINY), 1.0 - TINY)
         low, high = self.within
         log = self.kind == "lognormal"
         if log:

@@ -63,7 +63,9 @@ def clopper_pearson(held: int, rows: int, confidence: float) -> tuple[float, flo
 
 
 def described(values: np.ndarray, confidence: float) -> dict[str, float]:
-    """Mean with its interval by Student's t, deviation and quantiles of values (K,), K at least 2."""
+    """Quantiles of values (K,), K at least 1; of finite ones, from two on, the mean with its interval by
+    Student's t, and the deviation.
+    """
     from scipy.special import stdtrit
 
     finite = values[np.isfinite(values)]

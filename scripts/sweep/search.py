@@ -25,6 +25,8 @@ Point = dict[str, Any]
 BROKEN = 1e100
 """Aim of a design that breaks the condition, and more the more it does; beyond any that holds."""
 POPULATION = 10
+"""Designs of a generation, a key that is chosen."""
+USED_BY = {"tolerance": "bisection", "evaluations": "evolution", "seed": "evolution"}
 STEPS = 200
 
 
@@ -74,6 +76,16 @@ class Search:
             )
         if not self.uncertain and self._probability is not None:
             raise SearchError("probability needs something uncertain; give a key with a distribution")
+        self.method = options.get("method") or self._method()
+        for key, method in USED_BY.items():
+            if key in options and self.method != method:
+                raise SearchError(f"{key} is for {method}, and this search is {self.method}; leave it out")
+        self._evaluations = options.get("evaluations", 300 * len(self.chosen))
+        least = 2 * POPULATION * len(self.chosen)
+        if self._evaluations < least:
+            raise SearchError(
+                f"evaluations is {self._evaluations}, too few for two generations; give {least} or more"
+            )
         self._sample: list[Point] = [{}]
         if self.uncertain:
             method = "latin_hypercube" if study.method == "grid" else study.method
@@ -89,9 +101,10 @@ class Search:
         ------
         SearchError
         """
-        method = self._study.options.get("method") or self._method()
-        best, words = {"bisection": self._bisect, "all": self._all, "evolution": self._evolve}[method]()
-        found: dict[str, Any] = {"method": method, "designs": len(self.designs), "how": words, "found": None}
+        ways = {"bisection": self._bisect, "all": self._all, "evolution": self._evolve}
+        best, words = ways[self.method]()
+        found: dict[str, Any] = {"method": self.method, "designs": len(self.designs), "how": words,
+                                 "found": None}  # fmt: skip
         if best is None or best.broken:
             return found
         found["found"] = best.point
@@ -136,6 +149,8 @@ class Search:
                 broken.append(math.inf)
                 reason = reason or str(problem)
         mean = float(np.mean(aims)) if aims else math.inf
+        if math.isnan(mean):  # of endless times of both signs
+            return Design(point, math.inf, math.inf, None, reason or f"{self._aim.text!r} has no mean")
         if self._probability is None:
             return Design(point, mean, max(broken), None, reason)
         share = sum(b == 0.0 for b in broken) / len(broken)
@@ -185,6 +200,15 @@ class Search:
         if design.reason and self._probability is None:
             raise SearchError(f"the run at {design.point} failed, and bisection needs it: {design.reason}")
 
+    def _none(self) -> str:
+        failed = sum(bool(d.reason) for d in self.designs)
+        why = f"; {failed} with rows that failed, such as: {self._failure()}" if failed else ""
+        what = "no design ran to its end" if self._condition is None else "so_that holds for none"
+        return f"{what} of {len(self.designs)} designs{why}"
+
+    def _failure(self) -> str:
+        return next(d.reason for d in self.designs if d.reason)
+
     def _all(self) -> tuple[Design | None, str]:
         try:
             designs = self._judged(grid(self.chosen))
@@ -192,22 +216,21 @@ class Search:
             raise SearchError(str(problem)) from None
         good = [d for d in designs if d.broken == 0.0]
         if not good:
-            return None, f"so_that holds for none of {len(designs)} designs"
+            return None, self._none()
         return min(good, key=lambda d: d.aim), f"the best of {len(good)} that hold, of all {len(designs)}"
 
     def _evolve(self) -> tuple[Design | None, str]:
         from scipy.optimize import differential_evolution
 
         count = len(self.chosen)
-        most = self._study.options.get("evaluations", 300 * count)
-        generations = max(1, most // (POPULATION * count) - 1)
+        generations = self._evaluations // (POPULATION * count) - 1
         cache: dict[tuple[float, ...], float] = {}
 
         def energies(at: np.ndarray) -> np.ndarray:
             columns = [tuple(map(float, column)) for column in np.atleast_2d(at.T)]
             new = list(dict.fromkeys(c for c in columns if c not in cache))
             for column, design in zip(new, self._judged(points(self.chosen, np.array(new))), strict=True):
-                cache[column] = design.energy if math.isfinite(design.energy) else BROKEN * 1e100
+                cache[column] = min(max(design.energy, -BROKEN), BROKEN * 1e100)
             return np.array([cache[c] for c in columns])
 
         done = differential_evolution(
@@ -217,7 +240,7 @@ class Search:
         )  # fmt: skip
         best = min(self.designs, key=lambda d: d.energy)
         if best.broken:
-            return None, f"so_that holds for none of {len(self.designs)} designs"
+            return None, self._none()
         ended = "until they agreed" if done.success else "until the evaluations allowed were used up"
         return best, f"differential evolution, {done.nit} generations, {ended}; not proved to be the best"
 

@@ -54,14 +54,26 @@ def _monte_carlo(study: Study, answer: dict[str, Any]) -> list[Shown]:
         made.append((title, ["what", "probability", percent, "held", "rows"], chances))
     rows = []
     for name, d in answer["numbers"].items():
+        if not d["rows"]:
+            rows.append([name, "", "every row failed", "", "", "", ""])
+            continue
         mean = (
-            f"{number(d['mean_lower'])} to {number(d['mean_upper'])}" if "mean" in d else "some are infinite"
+            f"{number(d['mean_lower'])} to {number(d['mean_upper'])}"
+            if "mean" in d
+            else f"{d['infinite']} of {d['rows']} are infinite"
+            if d["infinite"]
+            else "one row"
         )
         rows.append([name, number(d.get("mean", "")), mean, number(d.get("deviation", "")),
                      number(d["p5"]), number(d["p50"]), number(d["p95"])])  # fmt: skip
     if rows:
+        left = f", without {answer['failed']} failed rows" if answer["failed"] else ""
         made.append(
-            ("numbers", ["what", "mean", f"{percent} of the mean", "deviation", "5 %", "50 %", "95 %"], rows)
+            (
+                f"numbers{left}",
+                ["what", "mean", f"{percent} of the mean", "deviation", "5 %", "50 %", "95 %"],
+                rows,
+            )
         )
     return made
 
@@ -120,6 +132,7 @@ def _search(_: Study, answer: dict[str, Any]) -> list[Shown]:
     if "probability" in answer:
         p = answer["probability"]
         said = f"{number(p['share'])} of {p['rows']} rows, 95 %: {number(p['lower'])} to {number(p['upper'])}"
+        said += "; of the rows that the search was made with, so rather too good"
         rows.append(["so_that holds in", said])
     rows.append(["how", answer["how"]])
     return [(f"{answer['method']}, {answer['designs']} designs", ["what", "found"], rows)]

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from flexsim.sweep.answer import answered
+from flexsim.sweep.expression import ExpressionError
 from flexsim.sweep.inputs import read_input
 from flexsim.sweep.pareto import front
 from flexsim.sweep.probability import chance, clopper_pearson, described, wilson
@@ -17,6 +19,7 @@ from flexsim.sweep.search import SearchError
 from flexsim.sweep.sensitivity import morris_effects, morris_shares, saltelli_shares, sobol_indices
 from flexsim.sweep.study_file import Study
 from flexsim.sweep.table import Row
+from flexsim.sweep.words import tables
 from scipy import stats
 
 PI = math.pi
@@ -111,6 +114,14 @@ def test_a_failed_row_costs_its_sample_and_is_said() -> None:
     assert found["indices"]["f"] == {"problem": "does not change with any input"}
 
 
+def test_words_have_no_indices() -> None:
+    """They would seem to be failed rows."""
+    for what in ("sobol", "morris"):
+        found = ask(lambda x: "A-60", {"x": {"from": 0.0, "to": 1.0}}, what)
+        (said,) = found["indices" if what == "sobol" else "effects"].values()
+        assert "is a word, not a number" in said["problem"]
+
+
 # Morris
 
 
@@ -195,6 +206,19 @@ def test_times_that_never_come_have_no_mean() -> None:
     assert "mean" not in found and found["infinite"] == 2 and found["p5"] == 1.0 and found["p95"] == math.inf
 
 
+def test_what_is_asked_is_answered_where_nothing_ran() -> None:
+    """Or one row alone did: a name that is left out would seem not to have been asked."""
+    vary = {"x": {"uniform": [0.0, 1.0]}}
+    found = ask(lambda x: None, vary, "monte_carlo", "random", 5)
+    assert found["numbers"] == {"f": {"rows": 0}} and found["failed"] == 5
+    one = ask(lambda x: 1.0 + x, vary, "monte_carlo", "random", 1)["numbers"]["f"]
+    assert one["rows"] == 1 and one["p5"] == one["p95"] and "mean" not in one
+    for said in (found, ask(lambda x: 1.0 + x, vary, "monte_carlo", "random", 1)):
+        ((title, _, rows),) = tables(SimpleNamespace(ask="monte_carlo", method="random"), said)  # type: ignore[arg-type]
+        assert rows[0][0] == "f" and rows[0][2] in ("every row failed", "one row")
+        assert ("5 failed rows" in title) is (said is found)
+
+
 # Fronts
 
 
@@ -220,6 +244,13 @@ def test_a_study_s_front() -> None:
         np.arange(10, -1, -1) / 10.0, abs=1e-12
     )
     assert found["broken"] == 10
+
+
+def test_a_front_s_condition_is_one() -> None:
+    """A number would be broken by every row."""
+    vary = {"x": {"from": -1.0, "to": 2.0, "count": 5}}
+    with pytest.raises(ExpressionError, match="join conditions"):
+        ask(lambda x: 1.0 + x, vary, "pareto", "grid", minimise=["f", "x"], so_that="f")
 
 
 # Searches
@@ -258,6 +289,32 @@ def test_evolution_finds_a_constrained_minimum_whatever_fails() -> None:
     assert found["aim"] == pytest.approx(0.5, abs=0.01)
     assert found["found"]["x"] + found["found"]["y"] >= 1.0
     assert found["designs"] <= 2000
+
+
+def test_evolution_goes_to_what_never_ends() -> None:
+    """Of times before a failure none is better than that of what does not fail."""
+    vary = {"x": {"from": 0.0, "to": 1.0}}
+    found = ask(lambda x: math.inf if x > 0.8 else 1.0 - x, vary, "search", maximise="f", evaluations=200)
+    assert found["aim"] == math.inf
+    assert "until they agreed" in found["how"]
+
+
+def test_a_search_uses_what_it_is_told() -> None:
+    """What would be ignored is refused."""
+    vary = {"x": {"from": 0.0, "to": 4.0}}
+    with pytest.raises(SearchError, match="tolerance is for bisection, and this search is evolution"):
+        ask(lambda x: 1.0 + x, vary, "search", minimise="f", tolerance=0.1)
+    with pytest.raises(SearchError, match="evaluations is for evolution, and this search is bisection"):
+        ask(lambda x: 1.0 + x, vary, "search", minimise="x", so_that="f > 2", evaluations=100)
+    with pytest.raises(SearchError, match="give 20 or more"):
+        ask(lambda x: 1.0 + x, vary, "search", minimise="f", evaluations=10)
+
+
+def test_a_search_says_that_its_rows_failed() -> None:
+    """Not that a condition breaks, where there is none."""
+    found = ask(lambda x: None, {"x": [1, 2]}, "search", "grid", minimise="f")
+    assert found["found"] is None
+    assert found["how"] == "no design ran to its end of 2 designs; 2 with rows that failed, such as: no value"
 
 
 def test_every_level_is_tried_where_there_are_levels() -> None:

@@ -268,9 +268,7 @@ scene: {CONFIG / "simple_pendulum.yaml"}
 vary: {{links.0.beam.depth: [0.01], links.link_1.beam.depth: [0.02]}}
 observe: {{bent: max(deflection())}}
 """)
-    with pytest.raises(
-        SceneError, match=r"links\.0\.beam\.depth and links\.link_1\.beam\.depth"
-    ):
+    with pytest.raises(SceneError, match=r"links\.0\.beam\.depth and links\.link_1\.beam\.depth"):
         scene_run(read_study(path, KNOWN))
 
 

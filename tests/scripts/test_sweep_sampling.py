@@ -64,6 +64,13 @@ def test_a_truncated_lognormal_stays_within() -> None:
     assert made.at(0.5) == pytest.approx(exact.ppf(0.5 * (exact.cdf(1.5) + exact.cdf(2.5))))
 
 
+@pytest.mark.parametrize("given", [{"normal": [3.0, 0.5]}, {"lognormal": [2.0, 1.5]}])
+def test_a_sample_s_ends_are_numbers(given: dict) -> None:
+    """A sequence may begin at 0, where a normal value is infinite."""
+    made = read_input("key", given)
+    assert math.isfinite(made.at(0.0)) and math.isfinite(made.at(1.0))
+
+
 def test_levels_meet_both_ends() -> None:
     made = read_input("key", {"from": 0.1, "to": 0.7, "count": 3})
     assert made.levels == (0.1, 0.4, 0.7)

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 from flexsim.sweep.table import Row, Table, TableError, key_of, merge
 
-ROW = Row(key_of({"a": 1}), {"a": 1}, {"y": 0.1, "word": "A-60", "holds": True, "never": float("inf")})
+ROW = Row(key_of({"a": 1}), {"a": 1}, {"y": 0.1, "word": "A-60", "holds": True, "never": float("inf")},
+          warnings=("turned far", "in doubt"))  # fmt: skip
 FAILED = Row(key_of({"a": 2}), {"a": 2}, None, "stopped at 3 s")
 
 
@@ -45,8 +46,12 @@ def test_rows_are_never_changed(tmp_path: Path) -> None:
 
 def test_one_sweep_at_a_time(tmp_path: Path) -> None:
     path = tmp_path / "t.sqlite"
-    with Table(path), pytest.raises(TableError, match=f"another sweep writes it .process {os.getpid()}."):
-        Table(path)
+    link = tmp_path / "elsewhere" / "link.sqlite"
+    link.parent.mkdir()
+    link.symlink_to(path)
+    for name in (path, link):
+        with Table(path), pytest.raises(TableError, match=f"another sweep writes it .process {os.getpid()}."):
+            Table(name)
     made(path, ROW)  # it is free again
 
 
@@ -129,6 +134,13 @@ def test_parts_are_merged_and_a_contradiction_is_none_of_them(tmp_path: Path) ->
     with Table(tmp_path / "c.sqlite", write=False) as table:
         assert table.get(new.key) is None
         assert table.get(FAILED.key) == FAILED
+
+
+def test_a_merge_that_lacks_a_part_makes_nothing(tmp_path: Path) -> None:
+    a = made(tmp_path / "a.sqlite", ROW)
+    with pytest.raises(TableError, match=r"b\.sqlite: no such table"):
+        merge([a, tmp_path / "b.sqlite"], tmp_path / "c.sqlite")
+    assert not list(tmp_path.glob("c.*"))
 
 
 def test_a_key_is_of_what_was_run() -> None:
