@@ -17,7 +17,7 @@ from .probability import chance, described
 from .sampling import correlated, correlation_matrix, grid, points, shares
 from .search import Search
 from .sensitivity import morris_effects, morris_shares, saltelli_shares, sobol_indices
-from .study_file import Study
+from .study_file import Study, listed
 from .table import Row
 
 Point = dict[str, Any]
@@ -79,7 +79,7 @@ def planned_points(study: Study) -> tuple[list[Point], np.ndarray | None]:
 
 def _of(study: Study) -> list[str]:
     of = study.options.get("of")
-    return list(study.observe) if of is None else of if isinstance(of, list) else [of]
+    return list(study.observe) if of is None else listed(of)
 
 
 def _numbers(rows: Sequence[Row], name: str, shape: tuple[int, ...]) -> np.ndarray:
@@ -166,8 +166,8 @@ def _sobol(study: Study, _: list[Point], rows: list[Row], at: np.ndarray) -> dic
 
 def _pareto(study: Study, planned: list[Point], rows: list[Row], _: Any) -> dict[str, Any]:
     options, observed = study.options, frozenset(study.observe)
-    texts = [(1.0, t) for t in _listed(options.get("minimise"))]
-    texts += [(-1.0, t) for t in _listed(options.get("maximise"))]
+    texts = [(1.0, t) for t in listed(options.get("minimise"))]
+    texts += [(-1.0, t) for t in listed(options.get("maximise"))]
     aims = [(sign, aim(text, observed, study.vary)) for sign, text in texts]
     condition = None if "so_that" not in options else aim(options["so_that"], observed, study.vary)
     values = np.full((len(rows), len(aims)), math.nan)
@@ -194,10 +194,6 @@ def _pareto(study: Study, planned: list[Point], rows: list[Row], _: Any) -> dict
         "broken": broken,
         "left_out": int(np.isnan(values).any(axis=1).sum()) - broken,
     }
-
-
-def _listed(value: Any) -> list[Any]:
-    return [] if value is None else list(value) if isinstance(value, list) else [value]
 
 
 def _search(study: Study, rows: Rows) -> Answer:

@@ -284,12 +284,13 @@ def _ask(r: _Reader) -> tuple[str, dict[str, Any]]:
         raise r.wrong(at, "give minimise or maximise, one of them")
     if ask == "search" and "probability" in options and "so_that" not in options:
         raise r.wrong((*at, "probability"), "is that of so_that, which is missing; give it")
-    if ask == "pareto" and len(_listed(options.get("minimise")) + _listed(options.get("maximise"))) < 2:
+    if ask == "pareto" and len(listed(options.get("minimise")) + listed(options.get("maximise"))) < 2:
         raise r.wrong(at, "has fewer than two aims; give at least two to minimise or maximise")
     return ask, options
 
 
-def _listed(value: Any) -> list[Any]:
+def listed(value: Any) -> list[Any]:
+    """One or several, or none, as a list."""
     return [] if value is None else list(value) if isinstance(value, list) else [value]
 
 
@@ -319,13 +320,13 @@ def _aims(
     at = ("ask", ask)
     if options.get("of") == []:
         raise r.wrong((*at, "of"), "is an empty list; give names that are observed, or leave it out")
-    for name in _listed(options.get("of")):
+    for name in listed(options.get("of")):
         if name not in observe:
             near = difflib.get_close_matches(str(name), observe, 1)
             right = f"did you mean {near[0]!r}?" if near else f"give some of {', '.join(observe)}"
             raise r.wrong((*at, "of"), f"{name!r} is not observed; {right}")
     for key in ("minimise", "maximise", "so_that"):
-        texts = _listed(options.get(key))
+        texts = listed(options.get(key))
         if len(texts) > 1 and (ask == "search" or key == "so_that"):
             raise r.wrong((*at, key), "is a list; give one expression")
         for text in texts:

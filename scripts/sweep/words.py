@@ -46,10 +46,9 @@ def _monte_carlo(study: Study, answer: dict[str, Any]) -> list[Shown]:
         ]
         for name, c in answer["probabilities"].items()
     ]
+    drawn = "" if study.method == "random" else f"; made for random rows, mostly too wide for {study.method}"
     if chances:
-        note = f" (widened by {answer['failed']} failed rows)" if answer["failed"] else ""
-        if study.method != "random":
-            note += f"; made for random rows, mostly wider than need be for {study.method}"
+        note = (f" (widened by {answer['failed']} failed rows)" if answer["failed"] else "") + drawn
         title = f"probabilities, {answer['interval'].replace('_', '-')} intervals{note}"
         made.append((title, ["what", "probability", percent, "held", "rows"], chances))
     rows = []
@@ -70,7 +69,7 @@ def _monte_carlo(study: Study, answer: dict[str, Any]) -> list[Shown]:
         left = f", without {answer['failed']} failed rows" if answer["failed"] else ""
         made.append(
             (
-                f"numbers{left}",
+                f"numbers{left}{drawn}",
                 ["what", "mean", f"{percent} of the mean", "deviation", "5 %", "50 %", "95 %"],
                 rows,
             )

@@ -74,7 +74,7 @@ RUN_BY_THE_TEST: dict[str, Example] = {
     # sweeps
     SWEEP: Example(makes=("door_thickness.sqlite",)),
     f"{SWEEP} --csv rows.csv --report page.html": Example(makes=("rows.csv", "page.html")),
-    f"{SWEEP} --workers 8": Example(),
+    f"{SWEEP} --workers 2": Example(),
     "flexsim sweep config/studies/door_probability.yaml --part 1/2 -o a.sqlite": Example(makes=("a.sqlite",)),
     "flexsim sweep config/studies/door_probability.yaml --part 2/2 -o b.sqlite": Example(makes=("b.sqlite",)),
     "flexsim sweep --merge a.sqlite b.sqlite -o c.sqlite": Example(("parts",), makes=("c.sqlite",)),
