@@ -81,13 +81,13 @@ class SceneRun:
             expected = isinstance(problem, (ValueError, ArithmeticError, RuntimeError)) and str(problem)
             said = str(problem) if expected else f"unexpected {type(problem).__name__}: {problem}"
             # The same wherever it is run from: a merge compares reasons.
-            said = said.replace(self.source, Path(self.source).name)
+            said = said.replace(f"{Path(self.source).parent}/", "")
             outputs, warnings = {}, ()
         else:
             said = ""
         for path, content in task.files.items():
             if content_of(path) != content:
-                raise OSError(f"{path} has changed while the sweep ran; leave it, and run the sweep again")
+                raise OSError(f"{path} is not what it was when the sweep began; run the sweep again")
         if said:
             return Row(task.key, task.inputs, None, said)
         observed: dict[str, Any] = {}

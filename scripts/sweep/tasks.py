@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import flexsim_core
 from flexsim_core.scene_files import SceneError, override, plain, read_scene
 
+from ..study.machine import versions
 from .inputs import Input
 from .runs import SceneRun, Task, content_of
 from .study_file import Study
 from .table import key_of
 
 NOWHERE = object()
+
+
+@dataclass(frozen=True)
+class Programs:
+    """Versions and sources that rows of a kind of scene depend on, where it is called."""
+
+    kind: str
+
+    def __call__(self) -> dict[str, str]:
+        scripts = Path(__file__).parents[1]
+        package = scripts.parent / ("flexsim_node" if self.kind == "robot" else "thermal_node")
+        return versions(package, Path(flexsim_core.__file__).parent, scripts / "sweep")
 
 
 def scene_run(study: Study) -> SceneRun:
@@ -28,7 +43,7 @@ def scene_run(study: Study) -> SceneRun:
     for key, value in study.settings.items():
         override(document, key, plain(value), _tables(study.kind))
     work = SceneRun(
-        study.kind, document, str(study.scene), study.duration, study.sample_period, study.observe
+        study.kind, document, str(study.scene.absolute()), study.duration, study.sample_period, study.observe
     )
     base = _loaded(work, {})
     _apart(study, document)
@@ -125,11 +140,11 @@ def _times(said: Any, factor: float, key: str) -> Any:
 
 
 def tasks_of(
-    work: SceneRun, inputs: tuple[Input, ...], points: list[dict[str, Any]], versions: Mapping[str, str]
+    work: SceneRun, inputs: tuple[Input, ...], points: list[dict[str, Any]], depends: Mapping[str, str]
 ) -> list[Task]:
     """Rows to be run for points, each with the key of all that it depends on."""
     said = {"kind": work.kind, "duration": work.duration, "sample_period": work.sample_period,
-            "observe": dict(work.observe), "versions": dict(versions)}  # fmt: skip
+            "observe": dict(work.observe), "versions": dict(depends)}  # fmt: skip
     tasks: list[Task] = []
     contents: dict[str, str] = {}
     for point in points:

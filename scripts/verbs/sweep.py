@@ -14,6 +14,9 @@ from ..terminal.report import print_json, print_table, say
 if TYPE_CHECKING:
     from ..sweep.answer import Answer
     from ..sweep.campaign import Campaign
+    from ..sweep.cluster import Cluster
+    from ..sweep.engine import Processes
+    from ..sweep.runs import SceneRun
     from ..sweep.study_file import Study
 
 MOST_WORKERS = 1000
@@ -25,6 +28,9 @@ MOST_WORKERS = 1000
               help="The table of rows, gone on with if it is there; STUDY.sqlite if not given.")  # fmt: skip
 @click.option("--workers", type=click.IntRange(1, MOST_WORKERS), metavar="N",
               help="Processes; as many as there are cores if not given.")  # fmt: skip
+@click.option(
+    "--cluster", metavar="tcp://HOST:PORT", help="Workers of a Dask scheduler, instead of processes."
+)
 @click.option("--part", metavar="K/N", help="Run only the K-th of N parts, for an array of jobs; each has its"
                                             " own --output.")  # fmt: skip
 @click.option(
@@ -37,6 +43,7 @@ def command(
     files: tuple[str, ...],
     output: str | None,
     workers: int | None,
+    cluster: str | None,
     part: str | None,
     merge: bool,
     csv_file: str | None,
@@ -56,10 +63,12 @@ def command(
       flexsim sweep --merge a.sqlite b.sqlite -o c.sqlite
     """
     if merge:
-        merged(files, output, as_json, bool(workers or part or csv_file or report))
+        merged(files, output, as_json, bool(workers or cluster or part or csv_file or report))
         return
     if len(files) != 1:
         raise click.UsageError("Give one study; several tables go with --merge.")
+    if workers and cluster:
+        raise click.UsageError("--workers are processes here; --cluster has its own.")
     piece = part_of(part)
     path = Path(files[0])
     if not path.is_file():
@@ -67,29 +76,22 @@ def command(
     if piece != (1, 1) and (csv_file or report):
         raise click.UsageError("--part has no answer yet: give --csv and --report with the merged table.")
 
-    import flexsim_core
-
     from ..sweep.runs import KNOWN
     from ..sweep.study_file import read_study
-    from ..sweep.tasks import scene_run, tasks_of
+    from ..sweep.tasks import Programs, scene_run, tasks_of
 
     study = read_study(path, KNOWN)
     if study.ask == "search" and piece != (1, 1):
         raise click.UsageError("--part: a search's next rows depend on its last ones; it has no parts.")
     work = scene_run(study)
 
-    from ..study.machine import versions
     from ..sweep.answer import answered
     from ..sweep.campaign import Campaign
-    from ..sweep.engine import Processes
     from ..sweep.table import Table, write_csv
 
-    scripts = Path(__file__).parents[1]
-    package = scripts.parent / ("flexsim_node" if study.kind == "robot" else "thermal_node")
-    depends = versions(package, Path(flexsim_core.__file__).parent, scripts / "sweep")
+    depends = Programs(study.kind)()
     table_path = Path(output or f"{path.name.split('.')[0]}.sqlite")
-    count = workers or len(os.sched_getaffinity(0))
-    with Table(table_path) as table, Processes(work, count) as engine:
+    with Table(table_path) as table, engine_of(work, workers, cluster) as engine:
         campaign = Campaign(table, engine, lambda some: tasks_of(work, study.vary, some, depends), piece)
         answer = answered(study, campaign.rows)
     found = figures(study, campaign, answer) | {"table": str(table_path)}
@@ -110,6 +112,18 @@ def command(
         raise click.ClickException(f"every row failed; the first: {found['reasons'][0]['reason']}")
     if study.ask == "search" and found["answer"]["found"] is None:
         raise click.ClickException(found["answer"]["how"])
+
+
+def engine_of(work: SceneRun, workers: int | None, cluster: str | None) -> Processes | Cluster:
+    """Where rows are run."""
+    if cluster is None:
+        from ..sweep.engine import Processes
+
+        return Processes(work, workers or len(os.sched_getaffinity(0)))
+    from ..sweep.cluster import Cluster
+    from ..sweep.tasks import Programs
+
+    return Cluster(work, cluster, Programs(work.kind))
 
 
 def part_of(words: str | None) -> tuple[int, int]:

@@ -239,7 +239,7 @@ def test_a_log_that_changes_meanwhile_makes_no_row(tmp_path: Path, monkeypatch: 
     stand_in(monkeypatch)
     assert work(task).observed == {"mean": 60.0}
     log(tmp_path, 901.0)
-    with pytest.raises(OSError, match=r"log\.csv has changed while the sweep ran"):
+    with pytest.raises(OSError, match=r"log\.csv is not what it was when the sweep began"):
         work(task)
 
 

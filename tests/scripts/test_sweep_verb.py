@@ -252,6 +252,7 @@ def test_a_grid_needs_levels(tmp_path: Path) -> None:
         (["study.yaml", "--part", "1/2", "--csv", "a.csv"], 2, "--part has no answer yet"),
         (["study.yaml", "-o", "study.yaml"], 2, "does not end in .sqlite"),
         (["study.yaml", "other.yaml"], 2, "Give one study"),
+        (["study.yaml", "--cluster", "tcp://127.0.0.1:9", "--workers", "2"], 2, "--cluster has its own"),
         (["--merge", "a.sqlite"], 2, "-o TABLE.sqlite"),
         (["--merge", "a.sqlite", "-o", "a.sqlite"], 2, "is among the tables"),
         (["--merge", "a.sqlite", "-o", "b.sqlite"], 1, "a.sqlite: no such table"),
