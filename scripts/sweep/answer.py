@@ -42,6 +42,17 @@ class Answer:
         return None not in self.rows
 
 
+def refuse(study: Study) -> None:
+    """Refuse a search that can't be made, before there is a table.
+
+    Raises
+    ------
+    SearchError
+    """
+    if study.ask == "search":
+        Search(study, lambda _: [])
+
+
 def answered(study: Study, rows: Rows) -> Answer:
     """Run what a study asks, and answer it where every row is there."""
     if study.ask == "search":

@@ -48,6 +48,11 @@ def scene_run(study: Study) -> SceneRun:
     base = _loaded(work, {})
     _apart(study, document)
     for one in study.vary:
+        if one.scale and _is_zero(_said(document, one.key)):
+            raise SceneError(
+                f"{study.source}: vary: {one.key}: scale: is 0 in the scene, and so is any factor of it; give"
+                " values"
+            )
         middle = one.at(0.5)
         try:
             _loaded(work, overrides_of(document, (one,), {one.key: middle}))
@@ -125,6 +130,10 @@ def _said(document: Any, key: str) -> Any:
         else:
             place = place.get(part, NOWHERE) if isinstance(place, dict) else NOWHERE
     return place
+
+
+def _is_zero(said: Any) -> bool:
+    return all(map(_is_zero, said)) if isinstance(said, list) else said == 0
 
 
 def _times(said: Any, factor: float, key: str) -> Any:

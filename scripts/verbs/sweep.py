@@ -85,10 +85,11 @@ def command(
         raise click.UsageError("--part: a search's next rows depend on its last ones; it has no parts.")
     work = scene_run(study)
 
-    from ..sweep.answer import answered
+    from ..sweep.answer import answered, refuse
     from ..sweep.campaign import Campaign
     from ..sweep.table import Table, write_csv
 
+    refuse(study)
     depends = Programs(study.kind)()
     table_path = Path(output or f"{path.name.split('.')[0]}.sqlite")
     with Table(table_path) as table, engine_of(work, workers, cluster) as engine:
@@ -131,7 +132,7 @@ def part_of(words: str | None) -> tuple[int, int]:
     if words is None:
         return 1, 1
     first, slash, second = words.partition("/")
-    if not (slash and first.isdigit() and second.isdigit() and 1 <= int(first) <= int(second)):
+    if not (slash and first.isdecimal() and second.isdecimal() and 1 <= int(first) <= int(second)):
         raise click.UsageError(f"--part {words}: give K/N, K from 1 to N, such as 1/4")
     return int(first), int(second)
 

@@ -251,6 +251,7 @@ def test_a_log_that_changes_meanwhile_makes_no_row(tmp_path: Path, monkeypatch: 
         ("vary: {ambient: [20.0]}\nset: {ambient: 3}", "ambient: is in set also"),
         ("vary: {mesh: [{layers: [1, 2, 1]}]}\nset: {mesh.layers: [1, 20, 1]}", "set: mesh.layers varies"),
         ("vary: {materials.wool.density: {scale: [1.0]}}", "the scene's file has nothing"),
+        ("vary: {unexposed.emissivity: {scale: [0.9, 1.1]}}", "is 0 in the scene, and so is any factor"),
         ("vary: {leaf.layers.7.thickness: [0.1]}", "vary: leaf.layers.7.thickness: override"),
     ],
 )  # fmt: skip
