@@ -15,6 +15,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from types import TracebackType
 from typing import Any, Protocol
@@ -173,10 +174,17 @@ class Processes:
         before = {name: os.environ.get(name) for name in THREADS}
         # One thread each: the cores are the workers', and sums don't depend on how many they are.
         os.environ.update(dict.fromkeys(THREADS, "1"))
+        # Ctrl-C is for the whole terminal: a worker ignores it from its first instant, and ours waits. The
+        # tracker first, whose own start would take the block away.
+        resource_tracker.ensure_running()
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        answer = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
             process = self._context.Process(target=_serve, args=(its, self._work, os.getpid()), daemon=True)
             process.start()
         finally:
+            signal.signal(signal.SIGINT, answer)
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
             for name, value in before.items():
                 if value is None:
                     del os.environ[name]
@@ -209,7 +217,6 @@ def _told(worker: _Worker) -> Any:
 
 def _serve(connection: Connection, work: Work, parent: int) -> None:
     """A worker's life: batches in, outcomes out, until the parent ends it or is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, which ends us
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
         if os.getppid() != parent:

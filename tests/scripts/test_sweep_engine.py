@@ -63,6 +63,28 @@ class Stillborn:
         return os._exit, (3,)
 
 
+def interrupted() -> Cheap:
+    os.kill(os.getpid(), signal.SIGINT)
+    return Cheap()
+
+
+class InterruptedAtFirst:
+    """Work whose worker gets SIGINT as it begins, as every process of a terminal does."""
+
+    def __call__(self, task: Any) -> None:
+        raise NotImplementedError
+
+    def __reduce__(self) -> Any:
+        return interrupted, ()
+
+
+def test_ctrl_c_is_the_sweep_s_alone() -> None:
+    """A worker neither ends by it nor says anything."""
+    with Processes(InterruptedAtFirst(), 1) as processes:
+        assert [row for _, row in processes.run(tasks_at(points(1)))] == [Cheap()(tasks_at(points(1))[0])]
+        assert processes.deaths == 0
+
+
 @pytest.mark.parametrize("size", [1, 10_000_000])
 def test_workers_that_never_begin_end_the_sweep(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whether they die before they take a row, or while it is handed to them: a pipe holds less."""
@@ -218,7 +240,7 @@ def test_workers_end_with_a_killed_sweep(tmp_path: Path) -> None:
 
 
 def test_a_sweep_killed_at_random_comes_to_the_table_of_a_plain_loop(tmp_path: Path) -> None:
-    killed_at_random(5, tmp_path, 3)
+    killed_at_random(3, tmp_path, 3)
 
 
 @pytest.mark.nightly
