@@ -109,7 +109,7 @@ def command(
         print_json(found)
     else:
         print_answer(study, found)
-    if found["rows"] and found["rows"] == found["failed"]:
+    if answer.whole and found["rows"] == found["failed"]:  # of a part it may be chance
         raise click.ClickException(f"every row failed; the first: {found['reasons'][0]['reason']}")
     if study.ask == "search" and found["answer"]["found"] is None:
         raise click.ClickException(found["answer"]["how"])

@@ -42,7 +42,7 @@ def study(
 
 def swept(*words: object, cwd: Path) -> dict:
     """A sweep's JSON."""
-    done = flexsim("sweep", *words, "--json", cwd=cwd, timeout=300)
+    done = flexsim_here("sweep", *words, "--json", cwd=cwd)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
@@ -272,10 +272,10 @@ def test_mistakes(words: list[str], code: int, sentence: str, tmp_path: Path) ->
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("part", [[], ["--part", "2/2"]])
-def test_where_every_row_fails_the_work_has_failed(part: list[str], tmp_path: Path) -> None:
+def test_where_every_row_fails_the_work_has_failed(tmp_path: Path) -> None:
+    """Of a part it may be chance, such as every second row."""
     path = study(tmp_path)
     path.write_text(path.read_text().replace("[20.0, 25.0]", "[-500.0, -600.0]"))
-    done = flexsim_here("sweep", path, "--workers", 1, *part, cwd=tmp_path)
+    done = flexsim_here("sweep", path, "--workers", 1, cwd=tmp_path)
     assert done.returncode == 1
     assert "every row failed; the first:" in done.stderr and "ambient" in done.stderr
