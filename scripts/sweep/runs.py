@@ -115,7 +115,7 @@ def _robot(row: SceneRun, overrides: Mapping[str, Any]) -> Came:
     scene = load_scene(row.document, overrides)
     run = simulate(scene, duration=row.duration, sample_period=row.sample_period)
     if run.status != "ok":
-        raise Failed(f"stopped at {run.time[-1]:g} s: {run.status}")
+        raise Failed(run.status)
     joints, links = list(scene.joint_names), list(scene.link_names)
     ends = {name: n for n, node in enumerate(run.node_names) for name in [node.rpartition("/")[0]]}
     tips = [links[n] for n in scene.tips]
