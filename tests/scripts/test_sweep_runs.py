@@ -146,14 +146,20 @@ def test_the_machine_s_trouble_is_no_row_s(monkeypatch: pytest.MonkeyPatch) -> N
     assert door("1 + 1").reason == "no such door"
 
 
-def robot(monkeypatch: pytest.MonkeyPatch, tips: tuple[int, ...], text: str, period: float | None) -> Any:
+def robot(
+    monkeypatch: pytest.MonkeyPatch,
+    tips: tuple[int, ...],
+    text: str,
+    period: float | None,
+    status: str = "ok",
+) -> Any:
     called: dict[str, Any] = {}
 
     def simulate(scene: Any, duration: float, sample_period: float | None) -> SimpleNamespace:
         called["period"] = sample_period
         ends = np.array([[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]] * 3)
         return SimpleNamespace(
-            time=TIME, status="ok", joint_position=ends[:, :, 0], joint_velocity=ends[:, :, 0],
+            time=TIME, status=status, joint_position=ends[:, :, 0], joint_velocity=ends[:, :, 0],
             torque=ends[:, :, 0], link_end=ends, node_position=ends, rigid_position=0.0 * ends,
             node_names=("a/0", "b/0"), energy=TIME, loop_gap=np.zeros((3, 0)), conditioning=TIME,
             sensors={}, validity={"turn": 0.2}, warnings=("turn is beyond 0.1",),
@@ -175,6 +181,12 @@ def test_a_robot_with_several_tips_wants_one_named(monkeypatch: pytest.MonkeyPat
         row = robot(monkeypatch, (0, 1), text, None)
         assert isinstance(row, Misasked) and "has tips a, b; give one" in row.row.reason
     assert robot(monkeypatch, (1,), "1 + 1", None).warnings == ("turn is beyond 0.1",)
+
+
+def test_a_robot_that_stops_is_a_failed_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever its samples until then would say."""
+    row = robot(monkeypatch, (1,), "1 + 1", 0.01, "stopped at 0.3 s: turned too far")
+    assert (row.observed, row.reason) == (None, "stopped at 0.3 s: turned too far")
 
 
 # Studies and their rows
