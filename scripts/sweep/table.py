@@ -213,8 +213,17 @@ def _row(key: str, inputs: str, observed: str | None, reason: str, warnings: str
     return Row(key, json.loads(inputs), seen, reason, tuple(json.loads(warnings)))
 
 
-def merge(parts: Sequence[Path], into: Path) -> tuple[int, int]:
-    """Put the rows of several tables into one, which may be there already; how many came, how many it had.
+@dataclass(frozen=True)
+class Merged:
+    """Rows that came, rows that were there already, and how many sets of keys vary in the tables."""
+
+    added: int
+    had: int
+    studies: int
+
+
+def merge(parts: Sequence[Path], into: Path) -> Merged:
+    """Put the rows of several tables into one, which may be there already.
 
     Raises
     ------
@@ -222,6 +231,7 @@ def merge(parts: Sequence[Path], into: Path) -> tuple[int, int]:
         Where two tables hold different results of one run: nothing of that table is put in.
     """
     added = had = 0
+    varied: set[frozenset[str]] = set()
     for path in parts:  # before anything is made
         with Table(path, write=False):
             pass
@@ -230,6 +240,7 @@ def merge(parts: Sequence[Path], into: Path) -> tuple[int, int]:
             with Table(path, write=False) as part:
                 rows = part.rows()
             new = []
+            varied.update(frozenset(row.inputs) for row in rows)
             for row in rows:
                 there = whole.get(row.key)
                 if there is None:
@@ -241,7 +252,7 @@ def merge(parts: Sequence[Path], into: Path) -> tuple[int, int]:
                     )
             whole.add_all(new)
             added, had = added + len(new), had + len(rows) - len(new)
-    return added, had
+    return Merged(added, had, len(varied))
 
 
 def write_csv(

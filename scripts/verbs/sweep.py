@@ -145,11 +145,13 @@ def merged(files: tuple[str, ...], output: str | None, as_json: bool, others: bo
 
     if any(Path(name).resolve() == Path(output).resolve() for name in files):
         raise click.UsageError(f"{output} is among the tables to be merged; give another -o.")
-    added, had = merge([Path(name) for name in files], Path(output))
+    came = merge([Path(name) for name in files], Path(output))
     if as_json:
-        print_json({"table": output, "added": added, "had": had})
-    else:
-        say(f"{output}: {added} rows added{f', {had} were there already' if had else ''}")
+        print_json({"table": output, "added": came.added, "had": came.had, "studies": came.studies})
+        return
+    say(f"{output}: {came.added} rows added{f', {came.had} were there already' if came.had else ''}")
+    if came.studies > 1:
+        say(f"they are of {came.studies} studies at least, which vary other keys; each finds its own rows")
 
 
 def figures(study: Study, campaign: Campaign, answer: Answer) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from flexsim.sweep.table import Row, Table, TableError, key_of, merge
+from flexsim.sweep.table import Merged, Row, Table, TableError, key_of, merge
 
 ROW = Row(key_of({"a": 1}), {"a": 1}, {"y": 0.1, "word": "A-60", "holds": True, "never": float("inf")},
           warnings=("turned far", "in doubt"))  # fmt: skip
@@ -124,7 +124,7 @@ def test_sqlite_s_own_word_for_a_full_disk(tmp_path: Path) -> None:
 
 def test_parts_are_merged_and_a_contradiction_is_none_of_them(tmp_path: Path) -> None:
     a, b = made(tmp_path / "a.sqlite", ROW), made(tmp_path / "b.sqlite", FAILED, ROW)
-    assert merge([a, b], tmp_path / "c.sqlite") == (2, 1)
+    assert merge([a, b], tmp_path / "c.sqlite") == Merged(2, 1, 1)
     with Table(tmp_path / "c.sqlite", write=False) as table:
         assert table.rows() == sorted([ROW, FAILED], key=lambda row: row.key)
     other = Row(FAILED.key, FAILED.inputs, {"y": 1.0})
@@ -134,6 +134,12 @@ def test_parts_are_merged_and_a_contradiction_is_none_of_them(tmp_path: Path) ->
     with Table(tmp_path / "c.sqlite", write=False) as table:
         assert table.get(new.key) is None
         assert table.get(FAILED.key) == FAILED
+
+
+def test_parts_of_different_studies_are_told(tmp_path: Path) -> None:
+    """They do no harm, but may be a slip."""
+    a, b = made(tmp_path / "a.sqlite", ROW), made(tmp_path / "b.sqlite", Row("k", {"b": 1}, {"y": 1.0}))
+    assert merge([a, b], tmp_path / "c.sqlite") == Merged(2, 0, 2)
 
 
 def test_a_merge_that_lacks_a_part_makes_nothing(tmp_path: Path) -> None:
