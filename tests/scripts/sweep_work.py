@@ -10,8 +10,10 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from flexsim.sweep.campaign import Campaign
 from flexsim.sweep.engine import Processes
@@ -38,6 +40,25 @@ class Cheap:
         if x % 7 == 3:
             return Row(task.key, task.inputs, None, f"no value at {x}")
         return Row(task.key, task.inputs, {"y": math.sin(x) / 3.0})
+
+
+@dataclass(frozen=True)
+class Here:
+    """An engine without processes; `with` opens nothing."""
+
+    work: Callable[[Task], Any]
+
+    def __enter__(self) -> Here:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Any]]:
+        yield from enumerate(map(self.work, tasks))
+
+    def close(self) -> None:
+        """Nothing is open."""
 
 
 def tasks_at(points: list[dict]) -> list[Task]:

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from flexsim.sweep.campaign import Campaign
 from flexsim.sweep.engine import Processes, WorkError
 from flexsim.sweep.runs import Misasked, Task
 from flexsim.sweep.table import Row, Table
-from sweep_work import Cheap, points, serial, tasks_at
+from sweep_work import Cheap, Here, points, serial, tasks_at
 
 PATIENCE = 120.0
 
@@ -116,19 +115,6 @@ class Lacking:
     def __call__(self, task: Task) -> Row | Misasked:
         row = Cheap()(task)
         return Misasked(Row(row.key, row.inputs, None, "no bow")) if task.inputs["x"] >= self.first else row
-
-
-@dataclass(frozen=True)
-class Here:
-    """An engine without processes."""
-
-    work: Callable[[Task], Any]
-
-    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Any]]:
-        yield from enumerate(map(self.work, tasks))
-
-    def close(self) -> None:
-        """Nothing is open."""
 
 
 def test_what_the_first_row_lacks_is_the_study_s_mistake_and_later_a_failed_row(tmp_path: Path) -> None:
