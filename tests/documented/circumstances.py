@@ -71,12 +71,14 @@ RUN_BY_THE_TEST: dict[str, Example] = {
     "flexsim hardcases": STUDY,
     "flexsim hardcases 'step_*' folded": STUDY,
     "flexsim hardcases --list": Example(),
-    # sweeps
-    SWEEP: Example(makes=("door_thickness.sqlite",)),
+    # sweeps; those that do what another does are nightly
+    SWEEP: Example(makes=("door_thickness.sqlite",), nightly=True),
     f"{SWEEP} --csv rows.csv --report page.html": Example(makes=("rows.csv", "page.html")),
-    f"{SWEEP} --workers 2": Example(),
+    f"{SWEEP} --workers 2": Example(nightly=True),
     "flexsim sweep config/studies/door_probability.yaml --part 1/2 -o a.sqlite": Example(makes=("a.sqlite",)),
-    "flexsim sweep config/studies/door_probability.yaml --part 2/2 -o b.sqlite": Example(makes=("b.sqlite",)),
+    "flexsim sweep config/studies/door_probability.yaml --part 2/2 -o b.sqlite": Example(
+        makes=("b.sqlite",), nightly=True
+    ),
     "flexsim sweep --merge a.sqlite b.sqlite -o c.sqlite": Example(("parts",), makes=("c.sqlite",)),
     # bags
     "flexsim record -o run": Example(until="recording to run", makes=("run/metadata.yaml",)),
