@@ -37,6 +37,7 @@ docs/controllers
 docs/lockstep
 docs/ros2_control
 docs/network
+docs/sweep
 ```
 
 ```{toctree}

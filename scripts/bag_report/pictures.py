@@ -53,16 +53,18 @@ def lines(axes: Any, time: Array, values: Array, names: Sequence[str], **style: 
         plot(axes, time, values[:, k], **{**own, **style})
 
 
-def svg(draw: Callable[[Any], None], title: str, size: tuple[float, float] = SIZE) -> str:
-    """Return a picture that `draw` draws on axes, as an <svg> element."""
+def svg(draw: Callable[[Any], None], title: str, size: tuple[float, float] = SIZE, columns: int = 1) -> str:
+    """Return a picture that `draw` draws on axes, or on several (columns,), as an <svg> element."""
     with styled() as pyplot:
         pyplot.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": HASH_SALT + title})
-        figure, axes = pyplot.subplots(figsize=size, layout="constrained")
-        draw(axes)
-        labels = axes.get_legend_handles_labels()[1]
+        figure, axes = pyplot.subplots(
+            1, columns, sharey=True, squeeze=False, figsize=size, layout="constrained"
+        )
+        draw(axes[0] if columns > 1 else axes[0][0])
+        labels = axes[0][-1].get_legend_handles_labels()[1]
         if labels:
-            columns = 1 if len(labels) <= 10 else 2
-            axes.legend(fontsize=8, ncols=columns, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+            wide = 1 if len(labels) <= 10 else 2
+            axes[0][-1].legend(fontsize=8, ncols=wide, loc="upper left", bbox_to_anchor=(1.0, 1.0))
         out = io.StringIO()
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
         figure.savefig(out, format="svg", metadata=nothing)

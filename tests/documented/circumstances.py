@@ -11,7 +11,7 @@ class Example:
 
     Attributes
     ----------
-    needs : what lies in the folder beforehand (see inputs.py): run, again, log, larger, bench
+    needs : what lies in the folder beforehand (see inputs.py): run, again, log, larger, bench, parts
     until : what it says when it has done its work and goes on until Ctrl-C; "": it ends by itself
     makes : files that are there afterwards
     nightly : it takes longer than about twenty seconds, so `make nightly` runs it
@@ -27,6 +27,7 @@ BENCH = "flexsim bench-controller joint_pd config/anthropomorphic_geared.yaml"
 GEARED = "flexsim_node --ros-args -p scene:=config/anthropomorphic_geared.yaml"
 ARM = "flexsim_node --ros-args -p scene:=config/anthropomorphic.yaml"
 DOOR = "thermal_node --ros-args -p scene:=config/thesis_door.yaml"
+SWEEP = "flexsim sweep config/studies/door_thickness.yaml"
 STUDY = Example(nightly=True)
 NODE = Example(until="kernels ready")
 RUN = ("run",)
@@ -70,6 +71,15 @@ RUN_BY_THE_TEST: dict[str, Example] = {
     "flexsim hardcases": STUDY,
     "flexsim hardcases 'step_*' folded": STUDY,
     "flexsim hardcases --list": Example(),
+    # sweeps; those that do what another does are nightly
+    SWEEP: Example(makes=("door_thickness.sqlite",), nightly=True),
+    f"{SWEEP} --csv rows.csv --report page.html": Example(makes=("rows.csv", "page.html")),
+    f"{SWEEP} --workers 2": Example(nightly=True),
+    "flexsim sweep config/studies/door_probability.yaml --part 1/2 -o a.sqlite": Example(makes=("a.sqlite",)),
+    "flexsim sweep config/studies/door_probability.yaml --part 2/2 -o b.sqlite": Example(
+        makes=("b.sqlite",), nightly=True
+    ),
+    "flexsim sweep --merge a.sqlite b.sqlite -o c.sqlite": Example(("parts",), makes=("c.sqlite",)),
     # bags
     "flexsim record -o run": Example(until="recording to run", makes=("run/metadata.yaml",)),
     "flexsim record -o run /joint_states '/flexsim_node/*'": Example(

@@ -7,6 +7,7 @@ import signal
 from pathlib import Path
 
 import numpy as np
+from flexsim.sweep.table import Row, Table
 from listening import PATIENCE, node_words
 from processes import Background, command, ros_environment
 from robot_process import Robot
@@ -101,6 +102,10 @@ def prepare(needs: tuple[str, ...], folder: Path, bag: Path | None) -> None:
             shutil.copytree(bag, folder / name)
         elif name == "log":
             furnace_log(folder)
+        elif name == "parts":
+            for part in ("a", "b"):
+                with Table(folder / f"{part}.sqlite") as table:
+                    table.add(Row(part, {}, {"y": 1.0}))
         elif name == "larger":
             door = (ROOT / "config" / "thesis_door.yaml").read_text()
             (folder / "larger.yaml").write_text(

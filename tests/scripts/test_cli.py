@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from processes import Background, Recorded, command, flexsim, ros_environment
 
-VERBS = ["info", "record", "report", "view"]
+VERBS = ["info", "record", "report", "sweep", "view"]
 
 
 def test_help_is_quick_and_light() -> None:
