@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements.section import section
-from ..model.erls import beam_axes, rotation_x
+from ..model.erls import beam_axes, joint_axis, mount, reach, to_joint, turned
 from ..scene.schema import BASE, Beam, Link, Scene
 
 TIP = "tip"
@@ -32,7 +32,7 @@ def robot_description(scene: Scene) -> str:
         name, place, turn = _end(scene, parent)
         angle = link.dh.theta
         c, s = np.cos(angle), np.sin(angle)
-        turn = turn @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        turn = turn @ mount(link) @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         _joint(robot, link, names, name, place, turn)
         _link(robot, link, n)
     tip = xml.SubElement(robot, "joint", name=f"{TIP}_joint", type="fixed")
@@ -52,8 +52,8 @@ def _end(scene: Scene, n: int) -> tuple[str, np.ndarray, np.ndarray]:
     """Name of link n, and place (3,) and rotation (3, 3) of its end in its URDF frame; -1: the base."""
     if n < 0:
         return root_name(scene), np.zeros(3), np.eye(3)
-    dh = scene.links[n].dh
-    return scene.links[n].name, np.array([dh.a, 0.0, dh.d]), rotation_x(dh.alpha)
+    link = scene.links[n]
+    return link.name, to_joint(link) @ reach(link), to_joint(link)
 
 
 def _joint(
@@ -71,7 +71,7 @@ def _joint(
     _connect(element, parent, link.name, place, turn)
     if kind == "fixed":
         return
-    xml.SubElement(element, "axis", xyz="0 0 1")
+    xml.SubElement(element, "axis", xyz=_numbers(joint_axis(link)))
     limit = {"effort": _number(joint.effort_limit or FAR), "velocity": _number(FAR)}
     if kind == "prismatic":
         limit.update(lower=_number(-FAR), upper=_number(FAR))
@@ -94,8 +94,8 @@ def _connect(joint: xml.Element, parent: str, child: str, place: np.ndarray, tur
 def _link(robot: xml.Element, link: Link, n: int) -> None:
     element = xml.SubElement(robot, "link", name=link.name)
     axes, length = beam_axes(link)
-    axes = rotation_x(link.dh.alpha) @ axes  # in the URDF's frame of the link
-    end = np.array([link.dh.a, 0.0, link.dh.d])
+    axes = to_joint(link) @ axes  # in the URDF's frame of the link
+    end = to_joint(link) @ reach(link)
     mass, centre, inertia = rigid_inertia(link)
     if mass > 0.0:
         inertial = xml.SubElement(element, "inertial")
@@ -110,7 +110,12 @@ def _link(robot: xml.Element, link: Link, n: int) -> None:
             "izz": (2, 2),
         }
         xml.SubElement(inertial, "inertia", {k: _number(inertia[ij]) for k, ij in names.items()})
-    if link.beam is None or length == 0.0:
+    for picture in link.visuals:
+        shape = xml.SubElement(element, "visual")
+        _origin(shape, np.array(picture.frame.xyz), turned(picture.frame))
+        geometry = xml.SubElement(shape, "geometry")
+        xml.SubElement(geometry, "mesh", filename=picture.mesh, scale=_numbers(np.array(picture.scale)))
+    if link.beam is None or length == 0.0 or link.visuals:
         return
     width, depth = equivalent_rectangle(link.beam)
     for purpose in ("visual", "collision"):
@@ -128,8 +133,8 @@ def rigid_inertia(link: Link) -> tuple[float, np.ndarray, np.ndarray]:
     In the link's URDF frame.
     """
     axes, length = beam_axes(link)
-    to_link = rotation_x(link.dh.alpha)  # the scene's link frame, at the far end
-    end = np.array([link.dh.a, 0.0, link.dh.d])
+    to_link = to_joint(link)  # the scene's axes
+    end = to_link @ reach(link)
     parts = []
     if link.beam is not None and length > 0.0:
         s = section(link.beam)
@@ -139,11 +144,9 @@ def rigid_inertia(link: Link) -> tuple[float, np.ndarray, np.ndarray]:
         own = np.diag([line * (s.iy + s.iz), across + line * s.iy, across + line * s.iz])
         turn = to_link @ axes
         parts.append((mass, 0.5 * end, turn @ own @ turn.T))
-    for body in (link.rigid, link.payload):
-        if body is not None and body.mass > 0.0:
-            own = np.array(body.inertia) if body.inertia else np.zeros((3, 3))
-            place = end + to_link @ np.array(body.center_of_mass)
-            parts.append((body.mass, place, to_link @ own @ to_link.T))
+    for body, center in link.bodies:
+        own = np.array(body.inertia) if body.inertia else np.zeros((3, 3))
+        parts.append((body.mass, end + to_link @ center, to_link @ own @ to_link.T))
     if not parts:
         return 0.0, np.zeros(3), np.zeros((3, 3))
     mass = sum(m for m, _, _ in parts)

@@ -18,6 +18,7 @@ __all__ = [
     "NotNegative",
     "Number",
     "Part",
+    "Place",
     "Positive",
     "Side",
     "Vector",
@@ -34,4 +35,5 @@ Modulus = Annotated[Number, between(1e4, 1e15, "Pa", "steel has 2e11 Pa, not 200
 Positive = Annotated[Number, between(0.0, math.inf, "", open_low=True)]
 NotNegative = Annotated[Number, between(0.0, math.inf, "")]
 Vector = Annotated[tuple[Number, ...], Field(min_length=3, max_length=3)]
+Place = Annotated[tuple[Length, ...], Field(min_length=3, max_length=3)]
 Name = Annotated[str, Field(min_length=1)]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from .auto import Auto
 from .effects import HELD_BY_FRAMES, Effects
 from .fault import Fault
+from .frames import at_ends, placed, start_of
 from .link import Joint, Link, Reduction
 from .loop import BASE, ClosingJoint
 from .part import Misplaced, Name, NotNegative, Number, Part, Positive, Vector, between, unknown
@@ -201,6 +203,9 @@ class Scene(Part):
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
         self._check_names()
+        if not placed(self.links):
+            self._check_attached()
+            return self._placed()
         self._check_initial()
         for n, loop in enumerate(self.loops):
             for i, name in enumerate(loop.links):
@@ -233,6 +238,38 @@ class Scene(Part):
                 self._check_link(("faults", n, "link"), fault.link)
         return self
 
+    def _check_attached(self) -> None:
+        """Refuse points that the parent lacks, and what would hang on a beam but at its end."""
+        for n, (link, parent) in enumerate(zip(self.links, self.parents, strict=True)):
+            if not link.attach and link.frame is None:
+                continue
+            above = self.links[parent] if parent >= 0 else None
+            points = ["end", *above.points] if above is not None and above.frame is not None else []
+            if link.attach and link.attach not in points:
+                right = f"give {' or '.join(points)}" if points else "leave it out"
+                raise Misplaced(
+                    ("links", n, "attach"), f"is {link.attach!r}, no point of the parent; {right}"
+                )
+            if above is None or above.frame is None or above.beam is None or link.frame is None:
+                continue
+            where = start_of(link, above)
+            if math.dist(where, above.end or (0.0, 0.0, 0.0)) > math.hypot(*where):
+                raise Misplaced(
+                    ("links", n, "attach" if link.attach else "frame"),
+                    f"hangs nearer to the start than to the end of the beam of {above.name}, and what hangs"
+                    " on a beam rides on its end; cut the beam in two there",
+                )
+
+    def _placed(self) -> Scene:
+        """The scene with each link at the end of its parent (frames.py)."""
+        try:
+            return Scene.model_validate(self.__dict__ | {"links": at_ends(self.links, self.parents)})
+        except ValidationError as problem:
+            error = problem.errors()[0]
+            cause = error.get("ctx", {}).get("error")
+            own = cause.path if isinstance(cause, Misplaced) else ()
+            raise Misplaced((*error["loc"], *own), error["msg"].removeprefix("Value error, ")) from None
+
     def _check_link(self, path: tuple[str | int, ...], name: str, *, base: bool = False) -> None:
         known = [BASE, *self.link_names] if base else self.link_names
         if name not in known:
@@ -244,10 +281,12 @@ class Scene(Part):
         for n, name in enumerate(names):
             path = ("tip", n) if several else ("tip",)
             link, slash, point = name.partition("/")
-            self._check_link(path, link)
-            if slash:
-                raise Misplaced(path, f"names a point {point!r}, but links have no points: give {link}, whose"
-                                      " end is meant")  # fmt: skip
+            if slash and name not in self.link_names and link in self.link_names:
+                points = [k for k in self.link_names if k.startswith(f"{link}/") and k != f"{link}/start"]
+                lacks = "has it not" if points else "has no points"
+                right = " or ".join([*points, f"{link}, whose end is meant"])
+                raise Misplaced(path, f"names a point {point!r}, but {link} {lacks}: give {right}")
+            self._check_link(path, name)
             if name in names[:n]:
                 raise Misplaced(path, f"is {name!r} once more; give each tip once")
 
