@@ -1,0 +1,289 @@
+"""A URDF's tree as the links of a scene: each moving link a link of `frame`, what is fixed to it lumped."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .account import CHANGED, IN_DOUBT, NOT_TAKEN, TOOK, Account
+from .bodies import ROUNDED, SLACK, about, doubts, excess, mended, moved, together
+from .urdf import Body, Origin, Picture, Urdf, UrdfJoint, UrdfLink, roll_pitch_yaw
+from .xml_file import ImportRefused
+
+BASE = "base"
+LEAST = 1e-12  # kg m2 or kg: less than this, a joint moves nothing
+FAR = 3.0  # m between two joints: beyond this a unit is in doubt
+
+
+@dataclass
+class Choices:
+    """What the caller chose.
+
+    keep_fixed : fixed links stay links of their own
+    hold : joints that are held at zero; follow : joints that mimic others are held too
+    mend : inertias that no body can have become the nearest that one can
+    """
+
+    keep_fixed: bool = False
+    hold: Collection[str] = ()
+    hold_mimics: bool = False
+    mend: bool = False
+
+
+@dataclass
+class Carrier:
+    """A link of the scene, with all that rides on it; places in its frame."""
+
+    name: str
+    parent: str = BASE
+    joint: UrdfJoint | None = None
+    fixed: bool = False
+    origin: Origin = field(default_factory=lambda: Origin(np.zeros(3), np.zeros(3)))
+    bodies: list[Body] = field(default_factory=list)
+    pictures: list[Picture] = field(default_factory=list)
+    points: dict[str, np.ndarray] = field(default_factory=dict)
+    lumped: list[str] = field(default_factory=list)
+
+
+class Tree:
+    """The carriers of a robot, in an order in which parents come first."""
+
+    def __init__(self, urdf: Urdf, choices: Choices, account: Account) -> None:
+        self.urdf, self.choices, self.account = urdf, choices, account
+        known = [joint.name for joint in urdf.joints]
+        for name in choices.hold:
+            if name not in known:
+                raise ImportRefused(f"--hold {name}: is no joint; give one of {', '.join(known)}")
+        self.base = Carrier(BASE)
+        self.carriers: dict[str, Carrier] = {}
+        # of each URDF link: what carries it, its place and axes there
+        self.riders: dict[str, tuple[Carrier, np.ndarray, np.ndarray]] = {
+            urdf.root: (self.base, np.zeros(3), np.eye(3))
+        }
+        self.names: dict[str, str] = {}
+        self._load(urdf.links[urdf.root])
+        for joint in urdf.depth_first():
+            self._add(joint)
+
+    def _add(self, joint: UrdfJoint) -> None:
+        carrier, place, turn = self.riders[joint.parent]
+        identity = not place.any() and np.array_equal(turn, np.eye(3))
+        at, axes = place + turn @ joint.origin.xyz, turn @ joint.origin.turn
+        held = joint.name in self.choices.hold or (bool(joint.mimic) and self.choices.hold_mimics)
+        if joint.kind != "fixed" and held:
+            self.account.say(CHANGED, joint.name, "held at 0, as was asked")
+        fixed = joint.kind == "fixed" or held
+        if not fixed or self.choices.keep_fixed:
+            name = self._name(joint.child)
+            origin = joint.origin if identity else Origin(at, roll_pitch_yaw(axes))
+            self.carriers[name] = Carrier(name, carrier.name, joint, fixed, origin)
+            self.riders[joint.child] = self.carriers[name], np.zeros(3), np.eye(3)
+        else:
+            self.riders[joint.child] = carrier, at, axes
+            carrier.lumped.append(joint.child)
+            link = self.urdf.links[joint.child]
+            if link.body is None and not self.urdf.below(joint.child) and carrier is not self.base:
+                carrier.points[self._name(joint.child)] = at
+        self._load(self.urdf.links[joint.child])
+
+    def _name(self, link: str) -> str:
+        """The link's name in the scene."""
+        name = link.replace("/", "_")
+        name = f"{name}_link" if name in (BASE, "start", "end") else name
+        while name in self.names.values():
+            name += "_"
+        if name != link:
+            self.account.say(CHANGED, link, f"is called {name} in the scene")
+        self.names[link] = name
+        return name
+
+    def _load(self, link: UrdfLink) -> None:
+        """What a URDF link is made of, put on its carrier."""
+        carrier, place, turn = self.riders[link.name]
+        if link.body is not None:
+            carrier.bodies.append(moved(self._checked(link, link.body), place, turn))
+        for picture in link.pictures:
+            origin = Origin(place + turn @ picture.origin.xyz, roll_pitch_yaw(turn @ picture.origin.turn))
+            carrier.pictures.append(Picture(picture.mesh, origin, picture.scale, picture.missing))
+
+    def _checked(self, link: UrdfLink, body: Body) -> Body:
+        """The body of a link, mended where its inertia is none and that is rounding or asked for."""
+        for doubt in doubts(body):
+            self.account.say(IN_DOUBT, link.name, doubt)
+        share = excess(body.inertia)
+        if share <= SLACK:
+            return body
+        moments = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(body.inertia))
+        if share > ROUNDED and not self.choices.mend:
+            raise ImportRefused(
+                f"{link.where}: link {link.name!r} has an inertia that no body can have (principal moments"
+                f" {moments} kg m2; none may be negative or exceed the sum of the others); correct it, or let"
+                " --mend-inertia take the nearest that can be"
+            )
+        found = mended(body.inertia)
+        now = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(found))
+        self.account.say(
+            CHANGED, link.name, f"principal moments {moments} to {now} kg m2, as a body can have"
+        )
+        return Body(body.mass, body.center, found)
+
+    def check_moved(self) -> None:
+        """Refuse joints that move no mass: their motion would not be determined."""
+        below: dict[str, list[Body]] = {name: list(c.bodies) for name, c in self.carriers.items()}
+        for name in reversed(self.carriers):
+            carrier = self.carriers[name]
+            body, joint = together(below[name]), carrier.joint
+            assert joint is not None
+            if not carrier.fixed:
+                axis = joint.axis / np.linalg.norm(joint.axis)
+                moves = 0.0 if body is None else body.mass
+                if body is not None and joint.kind != "prismatic":
+                    moves = float(axis @ about(body, np.zeros(3)) @ axis)
+                if moves < LEAST:
+                    raise ImportRefused(
+                        f"{joint.where}: joint {joint.name!r} moves links without mass or inertia, so that"
+                        f" its motion is not determined; give {joint.child!r} an inertial, or --hold {joint.name}"
+                    )
+            if carrier.parent != BASE:
+                place, turn = carrier.origin.xyz, carrier.origin.turn
+                below[carrier.parent] += [moved(part, place, turn) for part in below[name]]
+
+
+def scene_of(urdf: Urdf, choices: Choices, account: Account, source: str) -> dict[str, Any]:
+    """The scene of a robot, as a document; its account gets what was taken, changed, left.
+
+    Raises
+    ------
+    ImportRefused
+        where a link or a joint can't be in a scene
+    """
+    tree = Tree(urdf, choices, account)
+    carriers = list(tree.carriers.values())
+    moving = [c for c in carriers if not c.fixed]
+    if not moving:
+        raise ImportRefused(f"{source}: has no joint that moves; a scene needs one")
+    tree.check_moved()
+    links = [link_of(carrier) for carrier in carriers]
+    scene: dict[str, Any] = {"model": "robot", "name": urdf.name, "source": source, "links": links}
+    starts = {c.joint.name: middle(c.joint) for c in moving if c.joint and middle(c.joint) is not None}
+    if starts:
+        scene["initial"] = {"position": starts}
+        account.of_several(CHANGED, list(starts), "start in the middle of their limits, which leave out 0")
+    tell(urdf, tree, account)
+    return scene
+
+
+def link_of(carrier: Carrier) -> dict[str, Any]:
+    """A carrier as a link of a scene."""
+    joint = carrier.joint
+    assert joint is not None
+    frame = {"xyz": row(carrier.origin.xyz), "rpy": row(carrier.origin.rpy)}
+    link: dict[str, Any] = {"name": carrier.name, "parent": carrier.parent, "frame": frame}
+    if carrier.fixed:
+        link["joint"] = {"type": "fixed"}
+    else:
+        kind = "prismatic" if joint.kind == "prismatic" else "revolute"
+        link["joint"] = {"name": joint.name, "type": kind, "axis": row(joint.axis)}
+        if joint.effort:
+            link["joint"]["effort_limit"] = joint.effort
+        if joint.damping:
+            link["joint"]["viscous_friction"] = joint.damping
+        if joint.friction:
+            link["joint"]["coulomb_friction"] = joint.friction
+    if carrier.points:
+        link["points"] = {name: row(place) for name, place in carrier.points.items()}
+    body = together(carrier.bodies)
+    if body is not None:
+        link["rigid"] = rigid(body)
+    if carrier.pictures:
+        link["visuals"] = [
+            {
+                "mesh": p.mesh,
+                "frame": {"xyz": row(p.origin.xyz), "rpy": row(p.origin.rpy)},
+                "scale": row(p.scale),
+            }
+            for p in carrier.pictures
+        ]
+    return link
+
+
+def rigid(body: Body) -> dict[str, Any]:
+    """A body as a scene writes it."""
+    found: dict[str, Any] = {"mass": float(body.mass), "center_of_mass": row(body.center)}
+    if body.inertia.any():
+        found["inertia"] = [row(line) for line in 0.5 * (body.inertia + body.inertia.T)]
+    return found
+
+
+def row(values: np.ndarray) -> list[float]:
+    """Numbers of Python's own, without -0."""
+    return [float(x) + 0.0 for x in values]
+
+
+def middle(joint: UrdfJoint) -> float | None:
+    """Where a joint starts whose limits leave out 0."""
+    lower, upper = joint.lower, joint.upper
+    if joint.kind == "continuous" or lower is None or upper is None or lower <= 0.0 <= upper:
+        return None
+    return 0.5 * (lower + upper)
+
+
+def tell(urdf: Urdf, tree: Tree, account: Account) -> None:
+    """The account of what was taken and what was not."""
+    carriers = list(tree.carriers.values())
+    lost = [p.mesh for c in carriers for p in c.pictures if p.missing]
+    account.of_several(IN_DOUBT, lost, "no such file; the path is kept")
+    moving = [c.joint for c in carriers if c.joint is not None and not c.fixed]
+    mass = sum(body.mass for c in carriers for body in c.bodies)
+    kinds = [f"{sum(j.kind == k for j in moving)} {k}" for k in ("revolute", "continuous", "prismatic")]
+    account.say(TOOK, "links", f"{len(carriers)} of {len(urdf.links)}, {mass:.6g} kg that moves")
+    account.say(TOOK, "joints", ", ".join(k for k in kinds if not k.startswith("0 ")))
+    efforts = sum(bool(j.effort) for j in moving)
+    losses = sum(bool(j.damping or j.friction) for j in moving)
+    meshes = sum(len(c.pictures) for c in carriers)
+    for count, what in (
+        (efforts, "effort limits"), (losses, "joints' damping and friction"),
+        (meshes, "meshes, by their paths; no file was opened"),
+    ):  # fmt: skip
+        if count:
+            account.say(TOOK, what.partition(",")[0], f"{count}{what[len(what.partition(',')[0]) :]}")
+    for carrier in carriers:
+        weighty = [name for name in carrier.lumped if urdf.links[name].body is not None]
+        account.of_several(CHANGED, weighty, f"fixed to {carrier.name}, whose body has theirs now")
+        account.of_several(
+            CHANGED,
+            [name for name in carrier.points if name in carrier.lumped or name in tree.names.values()],
+            f"frames without mass: points of {carrier.name}, their rotation left out",
+        )
+    ground = sum(body.mass for body in tree.base.bodies)
+    rests = [urdf.root, *tree.base.lumped]
+    account.of_several(CHANGED, rests, f"stand on the ground ({ground:.6g} kg) and are the scene's base")
+    account.of_several(NOT_TAKEN, [j.name for j in moving if (j.lower or j.upper) and j.kind != "continuous"],
+                       "position limits: a scene has none, the joints turn on")  # fmt: skip
+    account.of_several(NOT_TAKEN, [j.name for j in moving if j.velocity], "velocity limits: a scene has none")
+    account.of_several(
+        NOT_TAKEN, [j.name for j in moving if j.effort == 0.0], "effort limit 0, taken for none given"
+    )
+    for j in moving:
+        if j.mimic:
+            account.say(NOT_TAKEN, j.name, f"follows {j.mimic} in the URDF; here it moves on its own: give"
+                                           " --hold-mimics, or a loop in --with")  # fmt: skip
+    account.of_several(CHANGED, [j.name for j in moving if not j.axis_given],
+                       "have no <axis>: it is 1 0 0, as URDF has it")  # fmt: skip
+    account.of_several(
+        NOT_TAKEN, [j.name for j in urdf.joints if j.extras], "calibration or safety_controller"
+    )
+    shapes = sum(link.shapes for link in urdf.links.values())
+    collisions = sum(link.collisions for link in urdf.links.values())
+    for count, what in ((shapes, "visuals without a mesh"), (collisions, "collision shapes")):
+        if count:
+            account.say(NOT_TAKEN, what, f"{count}: not part of the motion")
+    for tag, count in urdf.others.items():
+        account.say(NOT_TAKEN, f"<{tag}>", f"{count}")
+    for joint in urdf.joints:
+        if np.linalg.norm(joint.origin.xyz) > FAR:
+            far = float(np.linalg.norm(joint.origin.xyz))
+            account.say(IN_DOUBT, joint.name, f"lies {far:.4g} m from its parent; is it in mm?")
