@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .urdf import Body
+from .urdf import NOTHING, Body
 
 ROUNDED = 0.01  # of the largest moment: what rounding in a file may have done to the others
 SLACK = 1e-9  # as scenes allow
@@ -52,7 +52,7 @@ def excess(inertia: np.ndarray) -> float:
     """By what share of its largest moment an inertia misses being one of a body; 0 where it is one."""
     moments = np.linalg.eigvalsh(inertia)
     scale = float(np.max(np.abs(moments)))
-    if scale == 0.0:
+    if scale < NOTHING:
         return 0.0
     return max(0.0, -float(moments[0]), float(moments[2] - moments[1] - moments[0])) / scale
 
@@ -69,6 +69,8 @@ def mended(inertia: np.ndarray) -> np.ndarray:
 def doubts(body: Body) -> list[str]:
     """What is possible, but is seldom meant."""
     found = []
+    if body.mass == 0.0:
+        return ["has an inertia without a mass"]
     radius = float(np.sqrt(np.max(np.linalg.eigvalsh(body.inertia)).clip(0.0) / body.mass))
     if body.mass > HEAVY:
         found.append(f"weighs {body.mass:g} kg; is it in grams?")

@@ -46,6 +46,7 @@ class Carrier:
     pictures: list[Picture] = field(default_factory=list)
     points: dict[str, np.ndarray] = field(default_factory=dict)
     lumped: list[str] = field(default_factory=list)
+    impossible: list[UrdfLink] = field(default_factory=list)
 
 
 class Tree:
@@ -104,20 +105,41 @@ class Tree:
         """What a URDF link is made of, put on its carrier."""
         carrier, place, turn = self.riders[link.name]
         if link.body is not None:
-            carrier.bodies.append(moved(self._checked(link, link.body), place, turn))
+            self._examine(link, link.body, carrier)
+            carrier.bodies.append(moved(link.body, place, turn))
         for picture in link.pictures:
             origin = Origin(place + turn @ picture.origin.xyz, roll_pitch_yaw(turn @ picture.origin.turn))
             carrier.pictures.append(Picture(picture.mesh, origin, picture.scale, picture.missing))
 
-    def _checked(self, link: UrdfLink, body: Body) -> Body:
-        """The body of a link, mended where its inertia is none and that is rounding or asked for."""
+    def _examine(self, link: UrdfLink, body: Body, carrier: Carrier) -> None:
+        """Say what is seldom meant; remember what no body can be."""
+        if carrier is self.base:
+            return  # it never moves
         for doubt in doubts(body):
             self.account.say(IN_DOUBT, link.name, doubt)
+        if excess(body.inertia) > SLACK:
+            carrier.impossible.append(link)
+            if carrier.name != self.names.get(link.name):
+                self.account.say(IN_DOUBT, link.name, "has an inertia that no body can have")
+
+    def put_together(self) -> None:
+        """Make one body of each carrier's; refuses what no body can be, unless it is rounding or asked."""
+        for carrier in self.carriers.values():
+            body = together(carrier.bodies)
+            if body is None and any(part.inertia.any() for part in carrier.bodies):
+                raise ImportRefused(f"{carrier.name}: has an inertia without a mass; give the mass")
+            if body is not None:
+                body = self._possible(carrier, body)
+            carrier.bodies = [] if body is None else [body]
+
+    def _possible(self, carrier: Carrier, body: Body) -> Body:
+        """The body, mended where its inertia is none and that is rounding or asked for."""
         share = excess(body.inertia)
         if share <= SLACK:
             return body
         moments = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(body.inertia))
         if share > ROUNDED and not self.choices.mend:
+            link = carrier.impossible[0] if carrier.impossible else self.urdf.links[carrier.name]
             raise ImportRefused(
                 f"{link.where}: link {link.name!r} has an inertia that no body can have (principal moments"
                 f" {moments} kg m2; none may be negative or exceed the sum of the others); correct it, or let"
@@ -125,13 +147,13 @@ class Tree:
             )
         found = mended(body.inertia)
         now = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(found))
-        self.account.say(
-            CHANGED, link.name, f"principal moments {moments} to {now} kg m2, as a body can have"
-        )
+        what = f"principal moments {moments} to {now} kg m2, as a body can have"
+        self.account.say(CHANGED, carrier.name, what)
         return Body(body.mass, body.center, found)
 
     def check_moved(self) -> None:
         """Refuse joints that move no mass: their motion would not be determined."""
+        idle: list[UrdfJoint] = []
         below: dict[str, list[Body]] = {name: list(c.bodies) for name, c in self.carriers.items()}
         for name in reversed(self.carriers):
             carrier = self.carriers[name]
@@ -143,13 +165,17 @@ class Tree:
                 if body is not None and joint.kind != "prismatic":
                     moves = float(axis @ about(body, np.zeros(3)) @ axis)
                 if moves < LEAST:
-                    raise ImportRefused(
-                        f"{joint.where}: joint {joint.name!r} moves links without mass or inertia, so that"
-                        f" its motion is not determined; give {joint.child!r} an inertial, or --hold {joint.name}"
-                    )
+                    idle.insert(0, joint)
             if carrier.parent != BASE:
                 place, turn = carrier.origin.xyz, carrier.origin.turn
                 below[carrier.parent] += [moved(part, place, turn) for part in below[name]]
+        if idle:
+            names = [joint.name for joint in idle]
+            hold = " ".join(f"--hold {name}" for name in names)
+            raise ImportRefused(
+                f"{idle[0].where}: joints that move links without mass or inertia, so that their motion is"
+                f" not determined: {', '.join(names)}; give the links an inertial, or hold the joints: {hold}"
+            )
 
 
 def scene_of(urdf: Urdf, choices: Choices, account: Account, source: str) -> dict[str, Any]:
@@ -165,6 +191,7 @@ def scene_of(urdf: Urdf, choices: Choices, account: Account, source: str) -> dic
     moving = [c for c in carriers if not c.fixed]
     if not moving:
         raise ImportRefused(f"{source}: has no joint that moves; a scene needs one")
+    tree.put_together()
     tree.check_moved()
     links = [link_of(carrier) for carrier in carriers]
     scene: dict[str, Any] = {"model": "robot", "name": urdf.name, "source": source, "links": links}
@@ -195,9 +222,8 @@ def link_of(carrier: Carrier) -> dict[str, Any]:
             link["joint"]["coulomb_friction"] = joint.friction
     if carrier.points:
         link["points"] = {name: row(place) for name, place in carrier.points.items()}
-    body = together(carrier.bodies)
-    if body is not None:
-        link["rigid"] = rigid(body)
+    if carrier.bodies:
+        link["rigid"] = rigid(carrier.bodies[0])
     if carrier.pictures:
         link["visuals"] = [
             {

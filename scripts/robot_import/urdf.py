@@ -16,8 +16,8 @@ NOT_KNOWN = {
     "planar": "slides in a plane",
     "spherical": "is a ball",
 }
-# what a URDF may hold beside links and joints, none of which changes the motion
-OTHERS = ("material", "transmission", "gazebo", "ros2_control", "sensor", "group", "planning_group")
+BOUNDLESS = ("inf", "infinity")
+NOTHING = 1e-15  # kg m2: rounding, written as if it were an inertia
 
 
 def rotation(rpy: np.ndarray) -> np.ndarray:
@@ -158,10 +158,12 @@ def read_urdf(root: Element, folder: Path) -> Urdf:
             element.refuse(f"is there twice, first at {links[name].where}; give each link its own name")
         links[name] = read_link(element, name, folder)
     joints: list[UrdfJoint] = []
+    named: set[str] = set()
     for element in root.all("joint"):
         joint = read_joint(element)
-        if any(joint.name == other.name for other in joints):
+        if joint.name in named:
             element.refuse("is there twice; give each joint its own name")
+        named.add(joint.name)
         joints.append(joint)
     if not links:
         root.refuse("has no links; give a robot")
@@ -195,7 +197,8 @@ def root_of(robot: Element, links: dict[str, UrdfLink], joints: list[UrdfJoint])
         if joint.child in above:
             raise ImportRefused(
                 f"{joint.where}: <joint {joint.name!r}> holds {joint.child!r}, which"
-                f" {above[joint.child].name} holds already; a URDF is a tree: give a link one parent, and close the loop with --with"
+                f" {above[joint.child].name} holds already; a URDF is a tree: give a link"
+                " one parent, and close the loop with --with"
             )
         above[joint.child] = joint
     roots = [name for name in links if name not in above]
@@ -203,11 +206,16 @@ def root_of(robot: Element, links: dict[str, UrdfLink], joints: list[UrdfJoint])
         raise ImportRefused(
             f"{robot.where}: <robot> has {len(roots)} roots, {', '.join(roots[:5])}; join them to one link"
         )
-    reached = set(roots)
-    for _ in links:
-        reached |= {joint.child for joint in joints if joint.parent in reached}
-        if len(reached) == len(links):
-            return roots[0]
+    children: dict[str, list[str]] = {}
+    for joint in joints:
+        children.setdefault(joint.parent, []).append(joint.child)
+    reached, waiting = set(roots), list(roots)
+    while waiting:
+        found = children.get(waiting.pop(), [])
+        reached.update(found)
+        waiting.extend(found)
+    if len(reached) == len(links):
+        return roots[0]
     circle = next(joint for joint in joints if joint.child not in reached)
     raise ImportRefused(
         f"{circle.where}: <joint {circle.name!r}> is in a circle of joints that reaches no root; a URDF is a"
@@ -245,17 +253,18 @@ def read_link(element: Element, name: str, folder: Path) -> UrdfLink:
         if mass is None:
             inertial.refuse(f"of link {name!r} has no <mass>; give one, or leave out the inertial")
         assert mass is not None
-        kg, own = mass.number("value"), np.zeros((3, 3))
+        kg = mass.number("value")
+        own: np.ndarray = np.zeros((3, 3))
         if kg < 0.0:
             mass.refuse(f"of link {name!r} is {kg:g}; give kg")
         if inertia is not None:
             keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
             xx, xy, xz, yy, yz, zz = (inertia.number(key, None if key[1] == key[2] else 0.0) for key in keys)
             own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        if kg == 0.0 and np.any(own):
-            inertial.refuse(f"of link {name!r} has an inertia without a mass; give the mass")
+        if np.max(np.abs(own)) < NOTHING:
+            own = np.zeros((3, 3))
         turn = origin.turn
-        body = Body(kg, origin.xyz, turn @ own @ turn.T) if kg > 0.0 else None
+        body = Body(kg, origin.xyz, turn @ own @ turn.T) if kg > 0.0 or own.any() else None
     pictures, shapes = [], 0
     for visual in element.all("visual"):
         geometry = visual.one("geometry")
@@ -288,11 +297,14 @@ def read_joint(element: Element) -> UrdfJoint:
         axis, given = written.numbers("xyz", 3), True
         if np.linalg.norm(axis) < 1e-9:
             element.refuse("has the axis 0 0 0; give a direction, such as 0 0 1")
-    joint = UrdfJoint(name, element.where, kind, *ends, read_origin(element), axis, given)
+    joint = UrdfJoint(name, element.where, kind, ends[0], ends[1], read_origin(element), axis, given)
     limit, dynamics, mimic = (element.one(tag) for tag in ("limit", "dynamics", "mimic"))
     if limit is not None and kind != "fixed":
         for key in ("lower", "upper", "effort", "velocity"):
-            if key in limit.attributes:
+            if (
+                key in limit.attributes
+                and limit.attributes[key].strip().lstrip("+-").lower() not in BOUNDLESS
+            ):
                 setattr(joint, key, limit.number(key))
         if kind in ("revolute", "prismatic") and (joint.lower or 0.0) > (joint.upper or 0.0):
             limit.refuse(f"of joint {name!r} is from {joint.lower} to {joint.upper}; give lower below upper")
