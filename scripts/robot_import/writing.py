@@ -10,16 +10,17 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 
 def scene_text(scene: dict[str, Any], source: str) -> str:
-    """The YAML of a scene document; vectors and short mappings stand on one line."""
+    """The YAML of a scene document; vectors and short mappings stand on one line.
+
+    source : where it was imported from, or "" for nowhere
+    """
     yaml = YAML()
     yaml.width = 120
     yaml.indent(mapping=2, sequence=4, offset=2)
     out = io.StringIO()
     yaml.dump(styled(scene, ()), out)
-    return (
-        f"# Imported from {' '.join(source.split())}. Lengths in m, angles in rad, masses in kg.\n"
-        + out.getvalue()
-    )
+    origin = f"Imported from {' '.join(source.split())}. " if source else ""
+    return f"# {origin}Lengths in m, angles in rad, masses in kg.\n{out.getvalue()}"
 
 
 def styled(value: Any, path: tuple[str, ...]) -> Any:

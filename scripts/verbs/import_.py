@@ -59,7 +59,6 @@ def command(robot: str, output: str, beams: tuple[str, ...], additions: str | No
     \b
     Example:
       flexsim import arm.urdf -o arm.yaml --beam forearm=tube:0.05x0.003,aluminium,4
-      flexsim simulate arm.yaml
     """
     begun = time.monotonic()
     words = pairs(beams, "=", "--beam")

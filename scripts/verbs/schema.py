@@ -16,13 +16,13 @@ import click
 def command(kind: str, output: str | None, as_json: bool) -> None:
     """Print the keys, types and ranges of a robot's or a door's scene as JSON Schema.
 
-    An editor with it completes keys and marks unknown ones. What several keys say together is checked when
-    the scene is read.
+    An editor with it completes keys and marks unknown ones: VS Code's YAML takes it from a scene's first
+    line, "# yaml-language-server: $schema=robot.schema.json". What several keys say together is checked
+    when the scene is read.
 
     \b
     Example:
       flexsim schema robot -o robot.schema.json
-      # yaml-language-server: $schema=robot.schema.json     (first line of a scene, for VS Code's YAML)
     """
     from flexsim_core.json_schema import json_schema
 

@@ -11,7 +11,7 @@ class Example:
 
     Attributes
     ----------
-    needs : what lies in the folder beforehand (see inputs.py): run, again, log, larger, bench
+    needs : what lies in the folder beforehand (see inputs.py): run, again, log, larger, bench, urdf
     until : what it says when it has done its work and goes on until Ctrl-C; "": it ends by itself
     makes : files that are there afterwards
     nightly : it takes longer than about twenty seconds, so `make nightly` runs it
@@ -32,6 +32,15 @@ NODE = Example(until="kernels ready")
 RUN = ("run",)
 
 RUN_BY_THE_TEST: dict[str, Example] = {
+    # import, new, schema
+    "flexsim import arm.urdf -o arm.yaml --beam forearm=tube:0.05x0.003,aluminium,4": Example(
+        ("urdf",), makes=("arm.yaml",)
+    ),
+    "flexsim new -o arm.yaml": Example(makes=("arm.yaml",)),
+    "flexsim new -o arm.yaml --axes zyy --lengths 0.2,0.5,0.4 --beam tube:0.04x0.003,aluminium,3": Example(
+        makes=("arm.yaml",)
+    ),
+    "flexsim schema robot -o robot.schema.json": Example(makes=("robot.schema.json",)),
     # simulate, modes, effects
     "flexsim simulate config/planar_double_pendulum.yaml --duration 2": Example(),
     "flexsim simulate config/delta.yaml --duration 0.5": Example(),
