@@ -10,7 +10,7 @@ import numpy as np
 from flexsim_core.scene_files import SceneError, plain, read_scene
 
 from .account import CHANGED, IN_DOUBT, TOOK, Account
-from .bodies import without
+from .bodies import SLACK, excess, mended, together, without
 from .scene import rigid
 from .sections import beam_of
 from .urdf import Body
@@ -105,17 +105,23 @@ def share_mass(name: str, link: dict[str, Any], links: list[dict[str, Any]], acc
     )
     left = without(whole, own)
     if left is None:
-        account.say(
-            CHANGED, name, f"has the mass of its beam, {own.mass:.4g} kg at its middle, for the URDF's"
-            f" {whole.mass:.4g} kg: the beam fits not into that body",
-        )  # fmt: skip
+        what = (
+            f"has the mass of its beam, {own.mass:.4g} kg, for the URDF's {whole.mass:.4g} kg, which is less"
+        )
+        account.say(CHANGED, name, what)
         return
+    kept = "mass, centre and inertia together are the URDF's"
+    if excess(left.inertia) > SLACK:
+        left = Body(left.mass, left.center, mended(left.inertia))
+        now = np.linalg.eigvalsh(together([left, own]).inertia)  # type: ignore[union-attr]
+        was, moments = (
+            ", ".join(f"{x:.4g}" for x in found) for found in (np.linalg.eigvalsh(whole.inertia), now)
+        )
+        kept = f"mass and centre together are the URDF's; principal moments go from {was} to {moments} kg m2"
     left = Body(left.mass, left.center - end, left.inertia)
     link["payload"] = rigid(left)
-    account.say(
-        CHANGED, name, f"of its {whole.mass:.4g} kg the beam has {own.mass:.4g}; the rest, {left.mass:.4g}"
-        " kg, rides on its end (mass, centre and inertia together are the URDF's)",
-    )  # fmt: skip
+    shares = f"of its {whole.mass:.4g} kg the beam has {own.mass:.4g}; the rest, {left.mass:.4g} kg,"
+    account.say(CHANGED, name, f"{shares} rides on its end ({kept})")
     if np.linalg.norm(left.center) > 0.75 * np.linalg.norm(end):
         account.say(IN_DOUBT, name, "the rest's centre of mass is nearer to the beam's start than to its end")
 

@@ -38,14 +38,13 @@ def together(bodies: Iterable[Body]) -> Body | None:
 
 
 def without(body: Body, part: Body) -> Body | None:
-    """What is left of a body without a part of it, or None where nothing that a body can be is."""
+    """What is left of a body without a part of it, or None where the part has all its mass or more."""
     mass = body.mass - part.mass
     if mass <= 1e-9 * body.mass:
         return None
     center = (body.mass * body.center - part.mass * part.center) / mass
     inertia = about(body, center) - about(part, center)
-    left = Body(mass, center, 0.5 * (inertia + inertia.T))
-    return left if excess(left.inertia) <= SLACK else None
+    return Body(mass, center, 0.5 * (inertia + inertia.T))
 
 
 def excess(inertia: np.ndarray) -> float:

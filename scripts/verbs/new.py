@@ -35,8 +35,9 @@ class Numbers(click.ParamType):
 @click.option("--name", help="Of the robot; the file's if not given.")
 @click.option("--axes", default="zyy", show_default=True, metavar="LETTERS",
               help="The joints from the base on, by the axes about which they turn: x, y or z.")  # fmt: skip
-@click.option("--lengths", type=Numbers(), default="0.5", show_default=True, metavar="L1,L2,...",
-              help="Of the links, m: one for all, or one each. Links lie along x: x joints roll.")  # fmt: skip
+@click.option("--lengths", type=Numbers(), default="0.5", show_default=True,
+              metavar="L1,L2,...",
+              help="Of the links, m: one for all, or one each. They lie along x.")  # fmt: skip
 @click.option("--beam", default="rectangle:0.02x0.02,aluminium,2", show_default=True,
               metavar="SECTION,MATERIAL[,ELEMENTS]",
               help="Of all links, as flexsim import has it.")  # fmt: skip

@@ -79,6 +79,21 @@ def test_links_bend(run, tmp_path):
     assert scene.joints[1].stiffness == 2000.0 and scene.duration == 0.5 and len(scene.loops) == 1
 
 
+def test_beam_that_does_not_fit(run):
+    """A beam with more inertia than its link keeps mass and centre; a heavier one is said to weigh more."""
+    long = ARM.replace('<origin xyz="0 0 0.3"/>', '<origin xyz="0 0 0.6"/>')
+    account = accepted(run, long, "--beam", "upper=tube:0.05x0.002,steel")
+    assert "mass and centre together are the URDF's; principal moments go from" in str(account["changed"])
+    upper = load_scene(run(long, "--beam", "upper=tube:0.05x0.002,steel", "--force")[2]).links
+    link = next(k for k in upper if k.name == "upper")
+    own = link.beam.density * link.beam.area * link.length
+    assert own + link.payload.mass == pytest.approx(2.0)
+    centre = own * 0.3 + link.payload.mass * (0.6 + link.payload.center_of_mass[2])
+    assert centre / 2.0 == pytest.approx(0.1)
+    heavy = accepted(run, long, "--beam", "upper=round:0.05,steel", "--force")
+    assert "for the URDF's 2 kg, which is less" in str(heavy["changed"])
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
