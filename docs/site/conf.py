@@ -30,6 +30,8 @@ docs/import
 docs/node
 docs/door
 docs/door_verdict
+docs/door_supports
+docs/materials
 docs/thermal_node
 docs/bags
 docs/controllers

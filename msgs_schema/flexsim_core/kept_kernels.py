@@ -6,6 +6,7 @@ A package calls `keep_kernels` before it loads any.
 from __future__ import annotations
 
 import atexit
+import fcntl
 import pickle
 import re
 import shutil
@@ -16,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from numba import config, njit
-from numba.core.caching import Cache
+from numba.core.caching import Cache, IndexDataCacheFile
 
 
 @contextmanager
@@ -32,6 +33,29 @@ def go_on_without(cache: Any) -> Iterator[None]:
 
 
 Cache._guard_against_spurious_io_errors = go_on_without
+
+
+def one_at_a_time(method: Callable[..., Any], how: int) -> Callable[..., Any]:
+    """Let no other process at a folder's kernels while this one saves (LOCK_EX), or loads (LOCK_SH).
+
+    numba reads the index, writes it with the next free number, and then the code.  Two processes that save
+    different signatures at once take the same number: an index leads to the other's code, which then runs.
+    """
+
+    def alone(file: Any, *arguments: Any) -> Any:
+        try:
+            lock = (Path(file._cache_path) / "kernels.lock").open("a")
+        except OSError:  # nobody can write there
+            return method(file, *arguments)
+        with lock:
+            fcntl.flock(lock, how)
+            return method(file, *arguments)
+
+    return alone
+
+
+IndexDataCacheFile.save = one_at_a_time(IndexDataCacheFile.save, fcntl.LOCK_EX)
+IndexDataCacheFile.load = one_at_a_time(IndexDataCacheFile.load, fcntl.LOCK_SH)
 
 
 def find_room(function: Callable[[], None]) -> None:

@@ -420,7 +420,7 @@ def print_figures(found: dict[str, Any]) -> None:
         bow, gap = MILLIMETRES * found["bow"], MILLIMETRES * found["gap"]
         click.echo(f"bow {bow:.1f} mm towards the fire, largest gap at an edge {gap:.1f} mm")
         borne = ", ".join(f"{r['name']} {r['force'] / KILO:.2f} kN" for r in found["support_forces"])
-        click.echo(f"at the end, positive away from the fire: {borne}")
+        click.echo(f"forces of the supports at the end, positive away from the fire: {borne}")
         if found["utilisation"]:
             click.echo(f"largest use of the yield strength: {found['utilisation']['said']}")
     for note in found["furnace_notes"]:

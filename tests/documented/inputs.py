@@ -92,17 +92,18 @@ def recorded_robot(folder: Path) -> Path:
 
 
 def furnace_log(folder: Path) -> None:
-    """Write the thermocouples of an hour of a fire, of a door with other wool, with noise."""
+    """Write the thermocouples of an hour of a fire, of a door with other wool, with noise; of three tests."""
     from thermal_node import load_scene, simulate
 
     door = load_scene(ROOT / "config" / "thesis_door.yaml", {
         "solver.model": "column_rim", "deformation.model": "none", "materials.rock_wool.density": 140.0,
     })  # fmt: skip
     run = simulate(door, 3600.0, 120.0)
-    names = ["tc_1", "tc_6", "tc_9", "interior_third", "interior_two_thirds"]
-    noise = np.random.default_rng(5).normal(0.0, 0.5, (len(run.time), len(names)))
-    rows = np.column_stack([run.time, np.column_stack([run.probes[name] for name in names]) + noise])
-    for name in ("LOG.csv", "log.csv"):
+    names = ["tc_1", "tc_6", "tc_7", "tc_9", "interior_third", "interior_two_thirds"]
+    readings = np.column_stack([run.probes[name] for name in names])
+    for name, seed in {"LOG.csv": 5, "log.csv": 5, "A.csv": 6, "B.csv": 7}.items():
+        noise = np.random.default_rng(seed).normal(0.0, 0.5, readings.shape)
+        rows = np.column_stack([run.time, readings + noise])
         np.savetxt(folder / name, rows, delimiter=",", comments="", header=",".join(["time", *names]))
 
 

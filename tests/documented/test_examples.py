@@ -9,10 +9,10 @@ import sys
 import time
 from pathlib import Path
 
-import examples
+import circumstances
 import extract
 import pytest
-from examples import A_BURNT_DOOR, LONG_PROGRAMS, NOT_RUN, RUN_BY_THE_TEST, Example
+from circumstances import A_BURNT_DOOR, LONG_PROGRAMS, NOT_RUN, RUN_BY_THE_TEST, Example
 from inputs import furnace_log, prepare, recorded_robot
 from processes import ros_environment
 
@@ -61,7 +61,7 @@ def test_every_example_is_run_or_says_why_not() -> None:
     documented = extract.commands()
     known = {*RUN_BY_THE_TEST, *A_BURNT_DOOR}
     forgotten = [c for c in documented if c not in known and not c.startswith(tuple(NOT_RUN))]
-    assert not forgotten, f"add them to tests/documented/examples.py: {forgotten}"
+    assert not forgotten, f"add them to tests/documented/circumstances.py: {forgotten}"
     assert not [c for c in known if c not in documented]
     assert not [start for start in NOT_RUN if not any(c.startswith(start) for c in documented)]
     assert not [c for c in known if c.startswith(tuple(NOT_RUN))]
@@ -139,4 +139,4 @@ def test_python(page: str, bag: Path, tmp_path: Path) -> None:
 
 
 def test_long_programs_are_there() -> None:
-    assert set(examples.LONG_PROGRAMS) <= set(extract.programs())
+    assert set(circumstances.LONG_PROGRAMS) <= set(extract.programs())

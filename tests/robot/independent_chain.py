@@ -469,7 +469,7 @@ class IndependentChain:
             omega = (basis.value.T @ basis.rate).real
             pull = part.field @ d.value.real @ (omega @ omega).T
             for k in range(self.unknowns):
-                force[k] += part.mass @ np.sum((part.field @ virtual[k][n][3].rate) * pull, axis=1)
+                force[k] += part.mass @ np.sum((part.field @ virtual[k][n][3].rate.real) * pull, axis=1)
         return force
 
     def coriolis_force(self, z: np.ndarray, zd: np.ndarray) -> np.ndarray:
@@ -498,7 +498,7 @@ class IndependentChain:
                 for j, twist in part.spin:
                     # (virtual rotation) . (omega x e_x)
                     across = turn[0, 2] * omega[1, 0] + turn[1, 0] * omega[2, 0]
-                    force[k] += j * (twist @ d.rate) * across
+                    force[k] += j * (twist @ d.rate.real) * across.real
         return force
 
     @property

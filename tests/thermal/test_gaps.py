@@ -10,6 +10,11 @@ from thermal_node import Heat, SceneError, door_model, load_scene, simulate
 from thermal_node.burning.steady import steady_state
 
 ADIABATIC = {"film_coefficient": 0.0, "emissivity": 0.0}
+LEFT_ALONE = {
+    "furnace": {"curve": "constant", "temperature": 20.0},
+    "exposed": ADIABATIC,
+    "unexposed": ADIABATIC,
+}
 SIGMA = 5.670374419e-8
 METAL = {"density": 7800.0, "specific_heat": 500.0, "conductivity": 2000.0}
 BOTH = pytest.mark.parametrize("discretisation", ["finite_volume", "finite_element"])
@@ -61,9 +66,7 @@ def test_two_plates_settle_through_a_contact(discretisation):
     scene = two_sheets(
         0.2,
         discretisation,
-        furnace={"curve": "constant", "temperature": 20.0},
-        exposed=ADIABATIC,
-        unexposed=ADIABATIC,
+        **LEFT_ALONE,
         solver={"model": "column", "tolerance": 1e-4},
     )
     heat = halves_apart(scene, 420.0, 20.0)
@@ -156,9 +159,7 @@ def test_two_plates_settle_through_a_cavity(cavity, discretisation):
     scene = two_sheets(
         cavity,
         discretisation,
-        furnace={"curve": "constant", "temperature": 20.0},
-        exposed=ADIABATIC,
-        unexposed=ADIABATIC,
+        **LEFT_ALONE,
         solver={"model": "column", "tolerance": 1e-3},
     )
     heat = halves_apart(scene, 700.0, 20.0)

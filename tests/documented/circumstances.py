@@ -149,6 +149,10 @@ RUN_BY_THE_TEST: dict[str, Example] = {
         makes=("run.npz",), nightly=True
     ),
     "flexsim door fit config/thesis_door.yaml LOG.csv": Example(("log",), nightly=True),
+    "flexsim door fit config/thesis_door.yaml LOG.csv --check": Example(("log",), nightly=True),
+    "flexsim door fit config/thesis_door.yaml A.csv B.csv --prior density=120±6 --leave-out tc_7": Example(
+        ("log",), nightly=True
+    ),
     "flexsim door fit config/thesis_door.yaml LOG.csv --json": Example(("log",), nightly=True),
     "flexsim door fit config/thesis_door.yaml LOG.csv --predict larger.yaml --report larger.html": Example(
         ("log", "larger"), makes=("larger.html",), nightly=True
