@@ -66,11 +66,14 @@ def add(scene: dict[str, Any], given: Mapping[str, Any], beams: Mapping[str, str
             what = "bends" if "beam" in keys else f"has its own {', '.join(keys)}"
             account.say(TOOK, name, what)
     for name, link in links.items():
-        if "beam" in link and "rigid" in link:
-            share_mass(name, link, scene["links"], account)
+        if "beam" in link:
+            give_end(name, link, scene["links"])
+            if "rigid" in link:
+                share_mass(name, link, account)
+            tell_arms(name, link, scene["links"], account)
     for key, value in given.items():
         if key not in ("links", "joints"):
-            scene[key] = value
+            merge(scene, {key: value})
             account.say(TOOK, key, "as added")
 
 
@@ -83,26 +86,37 @@ def merge(into: dict[str, Any], keys: Mapping[str, Any]) -> None:
             into[key] = value
 
 
-def share_mass(name: str, link: dict[str, Any], links: list[dict[str, Any]], account: Account) -> None:
-    """The URDF's body of a link that bends: less the beam, it rides on the link's end."""
-    beam = link["beam"]
-    if "end" not in link:
-        child = next((k for k in links if k["parent"] == name and "attach" not in k), None)
-        points = list(link.get("points", {}).values())
-        if child is None and not points:
-            raise ImportRefused(
-                f"{name}: nothing hangs on it, so that its beam has no end; give it in --with:"
-                f" links: {{{name}: {{end: [x, y, z]}}}}"
-            )
-        link["end"] = child["frame"]["xyz"] if child is not None else points[0]
+def give_end(name: str, link: dict[str, Any], links: list[dict[str, Any]]) -> None:
+    """Where a link that bends ends, if not given: where the first link hangs on it, or its first point."""
+    if "end" in link:
+        return
+    child = next((k for k in links if k["parent"] == name and "attach" not in k), None)
+    points = list(link.get("points", {}).values())
+    if child is None and not points:
+        raise ImportRefused(
+            f"{name}: nothing hangs on it, so that its beam has no end; give it in --with:"
+            f" links: {{{name}: {{end: [x, y, z]}}}}"
+        )
+    link["end"] = child["frame"]["xyz"] if child is not None else points[0]
+
+
+def tell_arms(name: str, link: Mapping[str, Any], links: list[dict[str, Any]], account: Account) -> None:
+    """Say what does not hang on the beam's end itself, but on a rigid arm there."""
     end = np.array(link["end"], dtype=float)
+    hanging = {k["name"]: k["frame"]["xyz"] for k in links if k["parent"] == name and "attach" not in k}
+    for other, place in (link.get("points", {}) | hanging).items():
+        off = float(np.linalg.norm(np.array(place, dtype=float) - end))
+        if off > 1e-9:
+            account.say(IN_DOUBT, other, f"is {off:.4g} m from the end of the beam of {name}, on a rigid arm")
+
+
+def share_mass(name: str, link: dict[str, Any], account: Account) -> None:
+    """The URDF's body of a link that bends: less the beam, it rides on the link's end."""
+    beam, end = link["beam"], np.array(link["end"], dtype=float)
     own = beam_body(beam, end)
     if own is None:
         return  # the scene's own check says what is wrong with it
-    body = link.pop("rigid")
-    whole = Body(
-        body["mass"], np.array(body["center_of_mass"]), np.array(body.get("inertia", np.zeros((3, 3))))
-    )
+    whole = body_of(link.pop("rigid"))
     left = without(whole, own)
     if left is None:
         what = (
@@ -118,12 +132,23 @@ def share_mass(name: str, link: dict[str, Any], links: list[dict[str, Any]], acc
             ", ".join(f"{x:.4g}" for x in found) for found in (np.linalg.eigvalsh(whole.inertia), now)
         )
         kept = f"mass and centre together are the URDF's; principal moments go from {was} to {moments} kg m2"
-    left = Body(left.mass, left.center - end, left.inertia)
-    link["payload"] = rigid(left)
+    rides = [Body(left.mass, left.center - end, left.inertia)]
+    if "payload" in link:  # what was added rides there too
+        rides.append(body_of(link["payload"]))
+    both = together(rides)
+    assert both is not None
+    link["payload"] = rigid(both)
     shares = f"of its {whole.mass:.4g} kg the beam has {own.mass:.4g}; the rest, {left.mass:.4g} kg,"
     account.say(CHANGED, name, f"{shares} rides on its end ({kept})")
     if np.linalg.norm(left.center) > 0.75 * np.linalg.norm(end):
         account.say(IN_DOUBT, name, "the rest's centre of mass is nearer to the beam's start than to its end")
+
+
+def body_of(keys: Mapping[str, Any]) -> Body:
+    """A rigid body or payload of a scene."""
+    center = np.array(keys.get("center_of_mass", (0.0, 0.0, 0.0)), dtype=float)
+    inertia = np.array(keys.get("inertia") or np.zeros((3, 3)), dtype=float)
+    return Body(float(keys.get("mass", 0.0)), center, inertia)
 
 
 def beam_body(beam: Mapping[str, Any], end: np.ndarray) -> Body | None:

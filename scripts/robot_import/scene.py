@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from .account import CHANGED, IN_DOUBT, NOT_TAKEN, TOOK, Account
-from .bodies import ROUNDED, SLACK, about, doubts, excess, mended, moved, together
-from .urdf import Body, Origin, Picture, Urdf, UrdfJoint, UrdfLink, roll_pitch_yaw
+from .bodies import ROUNDED, SLACK, doubts, excess, mended, moved, together
+from .rest import outside, rest_of
+from .urdf import Body, Origin, Picture, Urdf, UrdfJoint, UrdfLink, about_axis, roll_pitch_yaw
 from .xml_file import ImportRefused
 
 BASE = "base"
-LEAST = 1e-12  # kg m2 or kg: less than this, a joint moves nothing
-FAR = 3.0  # m between two joints: beyond this a unit is in doubt
+FAR, FULL_TURN = 3.0, 6.3  # m between two joints, rad: beyond these a unit is in doubt
 
 
 @dataclass
@@ -23,12 +23,12 @@ class Choices:
     """What the caller chose.
 
     keep_fixed : fixed links stay links of their own
-    hold : joints that are held at zero; follow : joints that mimic others are held too
+    hold : joints that are held, and where, rad or m; hold_mimics : joints that follow others are held too
     mend : inertias that no body can have become the nearest that one can
     """
 
     keep_fixed: bool = False
-    hold: Collection[str] = ()
+    hold: Mapping[str, float] = field(default_factory=dict)
     hold_mimics: bool = False
     mend: bool = False
 
@@ -54,10 +54,7 @@ class Tree:
 
     def __init__(self, urdf: Urdf, choices: Choices, account: Account) -> None:
         self.urdf, self.choices, self.account = urdf, choices, account
-        known = [joint.name for joint in urdf.joints]
-        for name in choices.hold:
-            if name not in known:
-                raise ImportRefused(f"--hold {name}: is no joint; give one of {', '.join(known)}")
+        self.rest = rest_of(urdf, choices.hold, choices.hold_mimics)
         self.base = Carrier(BASE)
         self.carriers: dict[str, Carrier] = {}
         # of each URDF link: what carries it, its place and axes there
@@ -71,24 +68,36 @@ class Tree:
 
     def _add(self, joint: UrdfJoint) -> None:
         carrier, place, turn = self.riders[joint.parent]
-        identity = not place.any() and np.array_equal(turn, np.eye(3))
-        at, axes = place + turn @ joint.origin.xyz, turn @ joint.origin.turn
-        held = joint.name in self.choices.hold or (bool(joint.mimic) and self.choices.hold_mimics)
-        if joint.kind != "fixed" and held:
-            self.account.say(CHANGED, joint.name, "held at 0, as was asked")
-        fixed = joint.kind == "fixed" or held
+        own = joint.origin
+        if joint.name in self.rest.held:
+            own = self._hold(joint, self.rest.held[joint.name])
+        at, axes = place + turn @ own.xyz, turn @ own.turn
+        fixed = joint.kind == "fixed" or joint.name in self.rest.held
         if not fixed or self.choices.keep_fixed:
             name = self._name(joint.child)
-            origin = joint.origin if identity else Origin(at, roll_pitch_yaw(axes))
+            identity = not place.any() and np.array_equal(turn, np.eye(3))
+            origin = own if identity else Origin(at, roll_pitch_yaw(axes))
             self.carriers[name] = Carrier(name, carrier.name, joint, fixed, origin)
             self.riders[joint.child] = self.carriers[name], np.zeros(3), np.eye(3)
         else:
             self.riders[joint.child] = carrier, at, axes
             carrier.lumped.append(joint.child)
-            link = self.urdf.links[joint.child]
-            if link.body is None and not self.urdf.below(joint.child) and carrier is not self.base:
+            if not self.urdf.below(joint.child) and carrier is not self.base:
                 carrier.points[self._name(joint.child)] = at
         self._load(self.urdf.links[joint.child])
+
+    def _hold(self, joint: UrdfJoint, position: float) -> Origin:
+        """The origin of a joint that stays where it is held; says so."""
+        self.account.say(CHANGED, joint.name, f"held at {position:g}")
+        if outside(joint, position):
+            doubt = f"held at {position:g}, outside its limits; --hold {joint.name}=VALUE holds it elsewhere"
+            self.account.say(IN_DOUBT, joint.name, doubt)
+        if position == 0.0:
+            return joint.origin
+        axis, turn = joint.axis / np.linalg.norm(joint.axis), joint.origin.turn
+        if joint.kind == "prismatic":
+            return Origin(joint.origin.xyz + turn @ axis * position, joint.origin.rpy)
+        return Origin(joint.origin.xyz, roll_pitch_yaw(turn @ about_axis(axis, position)))
 
     def _name(self, link: str) -> str:
         """The link's name in the scene."""
@@ -127,7 +136,11 @@ class Tree:
         for carrier in self.carriers.values():
             body = together(carrier.bodies)
             if body is None and any(part.inertia.any() for part in carrier.bodies):
-                raise ImportRefused(f"{carrier.name}: has an inertia without a mass; give the mass")
+                assert carrier.joint is not None
+                link = self.urdf.links[carrier.joint.child]
+                raise ImportRefused(
+                    f"{link.where}: link {link.name!r} has an inertia without a mass; give the mass"
+                )
             if body is not None:
                 body = self._possible(carrier, body)
             carrier.bodies = [] if body is None else [body]
@@ -139,7 +152,8 @@ class Tree:
             return body
         moments = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(body.inertia))
         if share > ROUNDED and not self.choices.mend:
-            link = carrier.impossible[0] if carrier.impossible else self.urdf.links[carrier.name]
+            assert carrier.joint is not None
+            link = carrier.impossible[0] if carrier.impossible else self.urdf.links[carrier.joint.child]
             raise ImportRefused(
                 f"{link.where}: link {link.name!r} has an inertia that no body can have (principal moments"
                 f" {moments} kg m2; none may be negative or exceed the sum of the others); correct it, or let"
@@ -150,32 +164,6 @@ class Tree:
         what = f"principal moments {moments} to {now} kg m2, as a body can have"
         self.account.say(CHANGED, carrier.name, what)
         return Body(body.mass, body.center, found)
-
-    def check_moved(self) -> None:
-        """Refuse joints that move no mass: their motion would not be determined."""
-        idle: list[UrdfJoint] = []
-        below: dict[str, list[Body]] = {name: list(c.bodies) for name, c in self.carriers.items()}
-        for name in reversed(self.carriers):
-            carrier = self.carriers[name]
-            body, joint = together(below[name]), carrier.joint
-            assert joint is not None
-            if not carrier.fixed:
-                axis = joint.axis / np.linalg.norm(joint.axis)
-                moves = 0.0 if body is None else body.mass
-                if body is not None and joint.kind != "prismatic":
-                    moves = float(axis @ about(body, np.zeros(3)) @ axis)
-                if moves < LEAST:
-                    idle.insert(0, joint)
-            if carrier.parent != BASE:
-                place, turn = carrier.origin.xyz, carrier.origin.turn
-                below[carrier.parent] += [moved(part, place, turn) for part in below[name]]
-        if idle:
-            names = [joint.name for joint in idle]
-            hold = " ".join(f"--hold {name}" for name in names)
-            raise ImportRefused(
-                f"{idle[0].where}: joints that move links without mass or inertia, so that their motion is"
-                f" not determined: {', '.join(names)}; give the links an inertial, or hold the joints: {hold}"
-            )
 
 
 def scene_of(urdf: Urdf, choices: Choices, account: Account, source: str) -> dict[str, Any]:
@@ -192,13 +180,11 @@ def scene_of(urdf: Urdf, choices: Choices, account: Account, source: str) -> dic
     if not moving:
         raise ImportRefused(f"{source}: has no joint that moves; a scene needs one")
     tree.put_together()
-    tree.check_moved()
     links = [link_of(carrier) for carrier in carriers]
     scene: dict[str, Any] = {"model": "robot", "name": urdf.name, "source": source, "links": links}
-    starts = {c.joint.name: middle(c.joint) for c in moving if c.joint and middle(c.joint) is not None}
+    starts = {name: place for name, place in tree.rest.starts.items() if place != 0.0}
     if starts:
         scene["initial"] = {"position": starts}
-        account.of_several(CHANGED, list(starts), "start in the middle of their limits, which leave out 0")
     tell(urdf, tree, account)
     return scene
 
@@ -249,14 +235,6 @@ def row(values: np.ndarray) -> list[float]:
     return [float(x) + 0.0 for x in values]
 
 
-def middle(joint: UrdfJoint) -> float | None:
-    """Where a joint starts whose limits leave out 0."""
-    lower, upper = joint.lower, joint.upper
-    if joint.kind == "continuous" or lower is None or upper is None or lower <= 0.0 <= upper:
-        return None
-    return 0.5 * (lower + upper)
-
-
 def tell(urdf: Urdf, tree: Tree, account: Account) -> None:
     """The account of what was taken and what was not."""
     carriers = list(tree.carriers.values())
@@ -279,24 +257,35 @@ def tell(urdf: Urdf, tree: Tree, account: Account) -> None:
     for carrier in carriers:
         weighty = [name for name in carrier.lumped if urdf.links[name].body is not None]
         account.of_several(CHANGED, weighty, f"fixed to {carrier.name}, whose body has theirs now")
-        account.of_several(
-            CHANGED,
-            [name for name in carrier.points if name in carrier.lumped or name in tree.names.values()],
-            f"frames without mass: points of {carrier.name}, their rotation left out",
-        )
+        account.of_several(CHANGED, list(carrier.points),
+                           f"points of {carrier.name}, and so tips unless `tip` names others; their rotation"
+                           " is left out")  # fmt: skip
+        between = [name for name in carrier.lumped if urdf.links[name].body is None and urdf.below(name)]
+        account.of_several(NOT_TAKEN, between, "frames without mass between links: --keep-fixed keeps them")
     ground = sum(body.mass for body in tree.base.bodies)
     rests = [urdf.root, *tree.base.lumped]
     account.of_several(CHANGED, rests, f"stand on the ground ({ground:.6g} kg) and are the scene's base")
     account.of_several(NOT_TAKEN, [j.name for j in moving if (j.lower or j.upper) and j.kind != "continuous"],
                        "position limits: a scene has none, the joints turn on")  # fmt: skip
-    account.of_several(NOT_TAKEN, [j.name for j in moving if j.velocity], "velocity limits: a scene has none")
+    account.of_several(
+        NOT_TAKEN, [j.name for j in moving if j.velocity is not None], "velocity limits: a scene has none"
+    )
     account.of_several(
         NOT_TAKEN, [j.name for j in moving if j.effort == 0.0], "effort limit 0, taken for none given"
     )
+    starts = tree.rest.starts
+    account.of_several(CHANGED, [j.name for j in moving if not j.mimic and starts[j.name] != 0.0],
+                       "start in the middle of their limits, which leave out 0")  # fmt: skip
     for j in moving:
         if j.mimic:
-            account.say(NOT_TAKEN, j.name, f"follows {j.mimic} in the URDF; here it moves on its own: give"
-                                           " --hold-mimics, or a loop in --with")  # fmt: skip
+            begins = f", from {starts[j.name]:g}" if starts[j.name] else ""
+            account.say(NOT_TAKEN, j.name, f"follows {j.mimic} in the URDF; here it moves on its own{begins}:"
+                                           " --hold-mimics holds it")  # fmt: skip
+    account.of_several(IN_DOUBT, [j.name for j in moving if outside(j, starts[j.name])],
+                       "start outside their limits, where they would follow")  # fmt: skip
+    known = {joint.name for joint in urdf.joints}
+    lost = [j.name for j in urdf.joints if j.mimic and j.mimic not in known]
+    account.of_several(IN_DOUBT, lost, "follow a joint that is not in the file, taken to stay at 0")
     account.of_several(CHANGED, [j.name for j in moving if not j.axis_given],
                        "have no <axis>: it is 1 0 0, as URDF has it")  # fmt: skip
     account.of_several(
@@ -307,8 +296,15 @@ def tell(urdf: Urdf, tree: Tree, account: Account) -> None:
     for count, what in ((shapes, "visuals without a mesh"), (collisions, "collision shapes")):
         if count:
             account.say(NOT_TAKEN, what, f"{count}: not part of the motion")
-    for tag, count in urdf.others.items():
-        account.say(NOT_TAKEN, f"<{tag}>", f"{count}")
+    for what, count in urdf.left_out.items():
+        account.say(NOT_TAKEN, what, f"{count}")
+    account.of_several(
+        NOT_TAKEN, [p.mesh for p in tree.base.pictures], "meshes of the base: a scene has none there"
+    )
+    turns = [(link.name, link.turn) for link in urdf.links.values()]
+    turns += [(joint.name, float(np.max(np.abs(joint.origin.rpy)))) for joint in urdf.joints]
+    account.of_several(IN_DOUBT, [name for name, turn in turns if turn > FULL_TURN],
+                       "turned by more than a full turn; is it in degrees?")  # fmt: skip
     for joint in urdf.joints:
         if np.linalg.norm(joint.origin.xyz) > FAR:
             far = float(np.linalg.norm(joint.origin.xyz))

@@ -78,7 +78,8 @@ def material_of(words: str) -> dict[str, Any]:
         modulus, density, ratio = MATERIALS[words]
     else:
         try:
-            modulus, density, ratio = [*(float(word) for word in words.split(":")), 0.3][:3]
+            given = [float(word) for word in words.split(":")]
+            modulus, density, ratio = given if len(given) == 3 else [*given, 0.3]
         except ValueError:
             raise ValueError(
                 f"{words!r} is no material; give {', '.join(MATERIALS)}, or E:DENSITY:POISSON, such as"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from .left_out import left_out
 from .xml_file import Element, ImportRefused
 
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
@@ -33,11 +34,19 @@ def rotation(rpy: np.ndarray) -> np.ndarray:
 
 
 def roll_pitch_yaw(turn: np.ndarray) -> np.ndarray:
-    """(3,) angles of a rotation; yaw is 0 where it looks straight along z."""
-    pitch = np.arctan2(-turn[2, 0], np.hypot(turn[2, 1], turn[2, 2]))
-    if np.hypot(turn[2, 1], turn[2, 2]) < 1e-12:
-        return np.array([np.arctan2(-turn[1, 2], turn[1, 1]), pitch, 0.0])
-    return np.array([np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])])
+    """(3,) angles of a rotation; together they are exact where x looks along z, and each alone is not."""
+    pitch = np.arctan2(-turn[2, 0], np.hypot(turn[0, 0], turn[1, 0]))
+    yaw = np.arctan2(turn[1, 0], turn[0, 0])
+    c, s = np.cos(yaw), np.sin(yaw)  # the roll is what is left of the rotation without this yaw
+    roll = np.arctan2(s * turn[0, 2] - c * turn[1, 2], c * turn[1, 1] - s * turn[0, 1])
+    return np.array([roll, pitch, yaw])
+
+
+def about_axis(axis: np.ndarray, angle: float) -> np.ndarray:
+    """(3, 3) rotation about a unit vector (3,)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
 
 
 @dataclass
@@ -74,7 +83,10 @@ class Picture:
 
 @dataclass
 class UrdfLink:
-    """A link: its body, None where it has no inertial; its meshes; how many plain shapes are left out."""
+    """A link: its body, None where it has no inertial; its meshes; how many plain shapes are left out.
+
+    turn : largest angle that is written in it, rad
+    """
 
     name: str
     where: str
@@ -82,6 +94,7 @@ class UrdfLink:
     pictures: list[Picture]
     shapes: int
     collisions: int
+    turn: float
 
 
 @dataclass
@@ -102,19 +115,21 @@ class UrdfJoint:
     velocity: float | None = None
     damping: float = 0.0
     friction: float = 0.0
-    mimic: str = ""
+    mimic: str = ""  # the joint that it follows: multiplier times its position, and offset
+    multiplier: float = 1.0
+    offset: float = 0.0
     extras: tuple[str, ...] = ()
 
 
 @dataclass
 class Urdf:
-    """A robot: links by name, joints in the order of the file, the root."""
+    """A robot: links by name, joints in the order of the file, the root; what is not read, and how often."""
 
     name: str
     links: dict[str, UrdfLink]
     joints: list[UrdfJoint]
     root: str
-    others: dict[str, int] = field(default_factory=dict)
+    left_out: Mapping[str, int] = field(default_factory=dict)
 
     def below(self, link: str) -> list[UrdfJoint]:
         """The joints whose parent is a link."""
@@ -167,12 +182,24 @@ def read_urdf(root: Element, folder: Path) -> Urdf:
         joints.append(joint)
     if not links:
         root.refuse("has no links; give a robot")
-    others: dict[str, int] = {}
-    for child in root.children:
-        if child.tag not in ("link", "joint", "material"):
-            others[child.tag] = others.get(child.tag, 0) + 1
+    check_mimics(joints)
     name = root.attributes.get("name", "").strip() or "robot"
-    return Urdf(name, links, joints, root_of(root, links, joints), others)
+    return Urdf(name, links, joints, root_of(root, links, joints), left_out(root))
+
+
+def check_mimics(joints: list[UrdfJoint]) -> None:
+    """Refuse joints that follow each other in a circle."""
+    known = {joint.name: joint for joint in joints}
+    for joint in joints:
+        seen, ahead = [joint.name], joint
+        while ahead.mimic in known:
+            if ahead.mimic in seen:
+                raise ImportRefused(
+                    f"{ahead.where}: <joint {ahead.name!r}> follows {ahead.mimic!r}, which follows it in a"
+                    " circle; let one of them move on its own"
+                )
+            ahead = known[ahead.mimic]
+            seen.append(ahead.name)
 
 
 def walk(element: Element) -> Iterator[Element]:
@@ -248,6 +275,7 @@ def mesh_path(written: str, folder: Path) -> tuple[str, bool]:
 def read_link(element: Element, name: str, folder: Path) -> UrdfLink:
     """A link with its body, turned into the link's axes."""
     inertial, body = element.one("inertial"), None
+    angles = [0.0]
     if inertial is not None:
         origin, mass, inertia = read_origin(inertial), inertial.one("mass"), inertial.one("inertia")
         if mass is None:
@@ -264,6 +292,7 @@ def read_link(element: Element, name: str, folder: Path) -> UrdfLink:
         if np.max(np.abs(own)) < NOTHING:
             own = np.zeros((3, 3))
         turn = origin.turn
+        angles.extend(np.abs(origin.rpy))
         body = Body(kg, origin.xyz, turn @ own @ turn.T) if kg > 0.0 or own.any() else None
     pictures, shapes = [], 0
     for visual in element.all("visual"):
@@ -275,7 +304,9 @@ def read_link(element: Element, name: str, folder: Path) -> UrdfLink:
         scale = mesh.numbers("scale", 3, (1.0, 1.0, 1.0))
         place = mesh_path(mesh.text("filename"), folder)
         pictures.append(Picture(place[0], read_origin(visual), scale, place[1]))
-    return UrdfLink(name, element.where, body, pictures, shapes, len(element.all("collision")))
+        angles.extend(np.abs(pictures[-1].origin.rpy))
+    collisions = len(element.all("collision"))
+    return UrdfLink(name, element.where, body, pictures, shapes, collisions, float(max(angles)))
 
 
 def read_joint(element: Element) -> UrdfJoint:
@@ -317,5 +348,6 @@ def read_joint(element: Element) -> UrdfJoint:
             dynamics.refuse(f"of joint {name!r} is below 0 and would drive the joint; give at least 0")
     if mimic is not None and kind != "fixed":
         joint.mimic = mimic.text("joint")
+        joint.multiplier, joint.offset = mimic.number("multiplier", 1.0), mimic.number("offset", 0.0)
     joint.extras = tuple(t for t in ("calibration", "safety_controller") if element.all(t))
     return joint

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from pathlib import Path
@@ -26,6 +27,23 @@ def pairs(values: tuple[str, ...], sign: str, option: str) -> dict[str, str]:
     return found
 
 
+def positions(words: tuple[str, ...]) -> dict[str, float]:
+    """Where each joint of --hold is held, rad or m."""
+    found: dict[str, float] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        try:
+            place = float(value) if equals else 0.0
+        except ValueError:
+            place = math.nan
+        if not name or not math.isfinite(place):
+            raise click.UsageError(f"--hold {word!r}: give JOINT or JOINT=VALUE, in rad or m.")
+        if name in found:
+            raise click.UsageError(f"--hold {name}: is given twice.")
+        found[name] = place
+    return found
+
+
 @click.command(name="import")
 @click.argument("robot", metavar="ROBOT.urdf|.xacro", type=click.Path())
 @click.option("-o", "--output", type=OutputFile(".yaml", ".yml"), required=True, metavar="SCENE.yaml",
@@ -38,10 +56,11 @@ def pairs(values: tuple[str, ...], sign: str, option: str) -> dict[str, str]:
               help="Keys of a scene put over the import: links and joints by name (beam, stiffness,"
                    " rotor_inertia), loops, and all others.")  # fmt: skip
 @click.option("--keep-fixed", is_flag=True, help="Fixed links stay links; else they are lumped.")
-@click.option("--hold", multiple=True, metavar="JOINT", help="A joint that is held at 0.")
-@click.option(
-    "--hold-mimics", is_flag=True, help="Joints that mimic others are held at 0; else they are free."
-)
+@click.option("--hold", multiple=True, metavar="JOINT[=VALUE]",
+              help="A joint that is held, at 0 or at VALUE (rad or m).")  # fmt: skip
+@click.option("--hold-mimics", is_flag=True,
+              help="Joints that follow others are held where those leave them at the start; else they are"
+                   " free.")  # fmt: skip
 @click.option(
     "--mend-inertia", is_flag=True, help="Inertias that no body can have become the nearest that one can."
 )
@@ -53,8 +72,8 @@ def command(robot: str, output: str, beams: tuple[str, ...], additions: str | No
             force: bool, as_json: bool) -> None:  # fmt: skip
     """Make a scene of a robot's URDF or xacro, and say what was taken, changed, or could not be.
 
-    What is fixed to a link is lumped with it, exactly; frames without mass at the end of a branch become
-    named points. Motion, mass and gravity are those of the URDF. The scene is checked before it is written.
+    What is fixed to a link is lumped with it, exactly; where a branch ends with it, its place becomes a named
+    point. Motion, mass and gravity are those of the URDF. The scene is checked before it is written.
 
     \b
     Example:
@@ -63,11 +82,13 @@ def command(robot: str, output: str, beams: tuple[str, ...], additions: str | No
     begun = time.monotonic()
     words = pairs(beams, "=", "--beam")
     values = pairs(arguments, ":=", "--arg")
+    held = positions(hold)
     target = Path(output)
     if target.exists() and not force:
         raise click.ClickException(f"{target} exists already; name another file, or give --force")
     from ..robot_import.account import Account
     from ..robot_import.additions import add, read_additions
+    from ..robot_import.determined import check_determined
     from ..robot_import.scene import Choices, scene_of
     from ..robot_import.urdf import read_urdf
     from ..robot_import.writing import scene_text
@@ -82,8 +103,9 @@ def command(robot: str, output: str, beams: tuple[str, ...], additions: str | No
     else:
         root = read_xml(path)
     account = Account()
-    choices = Choices(keep_fixed, hold, hold_mimics, mend_inertia)
-    scene = scene_of(read_urdf(root, path.parent), choices, account, str(path))
+    choices = Choices(keep_fixed, held, hold_mimics, mend_inertia)
+    urdf = read_urdf(root, path.parent)
+    scene = scene_of(urdf, choices, account, str(path))
     add(scene, read_additions(Path(additions)) if additions else {}, words, account)
     from flexsim_node.scene.load import SceneError, load_scene
 
@@ -93,6 +115,7 @@ def command(robot: str, output: str, beams: tuple[str, ...], additions: str | No
         raise click.ClickException(
             f"{robot}: makes no scene: {str(problem).removeprefix('scene: ')}"
         ) from None
+    check_determined(scene, {joint.name: joint.where for joint in urdf.joints}, account)
     write_whole(target, scene_text(scene, str(path)))
     found: dict[str, Any] = {
         "scene": output,

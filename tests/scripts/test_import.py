@@ -222,10 +222,10 @@ def test_what_is_in_doubt_is_said(run, text, said):
 
 def test_what_is_changed_is_said(run):
     """Mimics, mended inertias, limits without 0, a joint without axis, a link called base."""
-    mimic = '<mimic joint="j" multiplier="2"/><limit lower="-2" upper="-1" effort="0"/>'
+    limit = '<limit lower="-2" upper="-1" effort="0"/>'
     text = robot(
-        link("a", BAD_BODY), joint("j", "ground", "a").replace('<axis xyz="0 1 0"/>', ""),
-        link("base"), joint("k", "a", "base", inside=mimic),
+        link("a", BAD_BODY), joint("j", "ground", "a", inside=limit).replace('<axis xyz="0 1 0"/>', ""),
+        link("base"), joint("k", "a", "base", inside='<mimic joint="j" multiplier="2"/>'),
     )  # fmt: skip
     account = accepted(run, text, "--mend-inertia")
     assert "follows j" in str(account["not_taken"]) and "effort limit 0" in str(account["not_taken"])
