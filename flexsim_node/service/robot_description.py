@@ -35,10 +35,13 @@ def robot_description(scene: Scene) -> str:
         turn = turn @ mount(link) @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         _joint(robot, link, names, name, place, turn)
         _link(robot, link, n)
-    tip = xml.SubElement(robot, "joint", name=f"{TIP}_joint", type="fixed")
-    xml.SubElement(robot, "link", name=TIP)
+    tip = TIP
+    while tip in scene.link_names or f"{tip}_joint" in scene.joint_names:
+        tip += "_"
+    joint = xml.SubElement(robot, "joint", name=f"{tip}_joint", type="fixed")
+    xml.SubElement(robot, "link", name=tip)
     name, place, turn = _end(scene, len(scene.links) - 1)
-    _connect(tip, name, TIP, place, turn)
+    _connect(joint, name, tip, place, turn)
     xml.indent(robot)
     return '<?xml version="1.0"?>\n' + xml.tostring(robot, encoding="unicode")
 

@@ -69,7 +69,7 @@ class Skeleton:
     def same_link(self, segment: int) -> bool:
         """Say whether a segment goes on in the link of the one before it."""
         before, here = self.segments[segment - 1][1], self.segments[segment][1]
-        return self.node_names[before].split("/")[0] == self.node_names[here].split("/")[0]
+        return self.node_names[before].rpartition("/")[0] == self.node_names[here].rpartition("/")[0]
 
 
 class Tube:

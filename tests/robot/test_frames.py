@@ -263,7 +263,7 @@ BEAM = {"width": 0.02, "depth": 0.02, "density": 2700.0, "youngs_modulus": 7e10}
         ([{"name": "a", "frame": {}, "beam": BEAM}], "end: [x, y, z]"),
         (
             [{"name": "a", "frame": {}, "end": [0, 0, 1], "beam": BEAM}, LINK | {"name": "b"}],
-            "links.1.frame: hangs nearer to the start",
+            "links.1.frame: is nearer to the start",
         ),
     ],
 )

@@ -48,6 +48,8 @@ def test_links_that_share_a_joint_node() -> None:
     radius = np.full(3, 0.01)
     shared = Skeleton(("a/0", "a/1", "b/1", "b/2"), ((0, 1), (1, 2), (2, 3)), radius, radius)
     assert shared.chains == [[0], [1, 2]]
+    points = Skeleton(("a/eye/0", "a/eye/1", "a/ear/1", "a/1/1"), ((0, 1), (1, 2), (2, 3)), radius, radius)
+    assert points.chains == [[0], [1], [2]]  # a point is a link of its own, LINK/POINT
     assert ARM.chains == [[0, 1], [2, 3]]
     assert ARM.rigid().segments == ((0, 2), (3, 5))
 

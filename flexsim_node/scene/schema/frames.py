@@ -37,22 +37,25 @@ def start_of(link: Link, parent: Link | None) -> Triple:
     return tuple(a + b for a, b in zip(at, link.frame.xyz, strict=True))
 
 
-def at_ends(links: Sequence[Link], parents: Sequence[int]) -> tuple[Link, ...]:
-    """The links with their points and offsets as links of their own, each at the end of its parent."""
+def at_ends(links: Sequence[Link], parents: Sequence[int]) -> list[tuple[int, Link]]:
+    """The links with their points and offsets as links of their own, each at the end of its parent.
+
+    Each comes with the number of the link to which it belongs.
+    """
     ends = [_end(n, links, parents) for n in range(len(links))]
-    found: list[Link] = []
+    found: list[tuple[int, Link]] = []
     for n, (link, parent) in enumerate(zip(links, parents, strict=True)):
         name, offset = _hangs_on(link, links[parent] if parent >= 0 else None, ends[parent])
         if math.hypot(*offset) > NEAR:
-            found.append(_rod(f"{link.name}/start", name, offset))
-            name = found[-1].name
+            found.append((n, _rod(f"{link.name}/start", name, offset)))
+            name = found[-1][1].name
         update: dict[str, Any] = {"parent": name, "attach": "", "points": {}}
         if link.frame is not None:
             update |= {"frame": Frame(rpy=link.frame.rpy), "end": ends[n]}
-        found.append(link.model_copy(update=update))
+        found.append((n, link.model_copy(update=update)))
         for point, place in link.points.items():
-            found.append(_rod(f"{link.name}/{point}", link.name, _less(place, ends[n])))
-    return tuple(found)
+            found.append((n, _rod(f"{link.name}/{point}", link.name, _less(place, ends[n]))))
+    return found
 
 
 def _hangs_on(link: Link, above: Link | None, end: Triple) -> tuple[str, Triple]:

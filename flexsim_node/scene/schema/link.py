@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from .part import (
     Angle,
@@ -23,6 +23,7 @@ from .part import (
     Side,
     Vector,
     between,
+    without_defaults,
 )
 
 
@@ -72,6 +73,10 @@ class Joint(Part):
     gear_ratio: Positive = 1.0
     stiffness: Positive | None = None
     damping: NotNegative = 0.0
+
+    @model_serializer(mode="wrap")
+    def _dumped(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_defaults(self, ("axis",), handler(self))
 
     @model_validator(mode="after")
     def _meaningful(self) -> Joint:
@@ -219,6 +224,10 @@ class Link(Part):
     reduction: Reduction | Literal[False] | None = None
     rigid: Payload | None = None
     payload: Payload = Payload()
+
+    @model_serializer(mode="wrap")
+    def _dumped(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_defaults(self, ("attach", "frame", "end", "points", "visuals"), handler(self))
 
     @property
     def length(self) -> float:

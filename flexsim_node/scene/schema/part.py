@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 from flexsim_core.quantities import Misplaced, Part, between, number_in, unknown
 from pydantic import BeforeValidator, Field
@@ -24,6 +24,7 @@ __all__ = [
     "Vector",
     "between",
     "unknown",
+    "without_defaults",
 ]
 
 Number = Annotated[float, BeforeValidator(number_in("SI units"))]
@@ -37,3 +38,10 @@ NotNegative = Annotated[Number, between(0.0, math.inf, "")]
 Vector = Annotated[tuple[Number, ...], Field(min_length=3, max_length=3)]
 Place = Annotated[tuple[Length, ...], Field(min_length=3, max_length=3)]
 Name = Annotated[str, Field(min_length=1)]
+
+
+def without_defaults(part: Part, keys: tuple[str, ...], dumped: dict[str, Any]) -> dict[str, Any]:
+    """A dumped part without those of its keys that say nothing: what has no use for them keeps its hash."""
+    fields = type(part).model_fields
+    idle = {key for key in keys if getattr(part, key) == fields[key].get_default(call_default_factory=True)}
+    return {key: value for key, value in dumped.items() if key not in idle}

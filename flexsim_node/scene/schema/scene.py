@@ -240,35 +240,52 @@ class Scene(Part):
 
     def _check_attached(self) -> None:
         """Refuse points that the parent lacks, and what would hang on a beam but at its end."""
+        points = {f"{link.name}/{point}": link.name for link in self.links for point in link.points}
         for n, (link, parent) in enumerate(zip(self.links, self.parents, strict=True)):
+            if link.name in points:
+                what = f"is {link.name!r}, as a point of {points[link.name]} is called; give another"
+                raise Misplaced(("links", n, "name"), what)
+            for point, place in link.points.items():
+                self._check_arm(("links", n, "points", point), place, link)
             if not link.attach and link.frame is None:
                 continue
             above = self.links[parent] if parent >= 0 else None
-            points = ["end", *above.points] if above is not None and above.frame is not None else []
-            if link.attach and link.attach not in points:
-                right = f"give {' or '.join(points)}" if points else "leave it out"
+            known = ["end", *above.points] if above is not None and above.frame is not None else []
+            if link.attach and link.attach not in known:
+                right = f"give {' or '.join(known)}" if known else "leave it out"
                 raise Misplaced(
                     ("links", n, "attach"), f"is {link.attach!r}, no point of the parent; {right}"
                 )
-            if above is None or above.frame is None or above.beam is None or link.frame is None:
-                continue
-            where = start_of(link, above)
-            if math.dist(where, above.end or (0.0, 0.0, 0.0)) > math.hypot(*where):
-                raise Misplaced(
-                    ("links", n, "attach" if link.attach else "frame"),
-                    f"hangs nearer to the start than to the end of the beam of {above.name}, and what hangs"
-                    " on a beam rides on its end; cut the beam in two there",
-                )
+            if above is not None and above.frame is not None and link.frame is not None:
+                path = ("links", n, "attach" if link.attach else "frame")
+                self._check_arm(path, start_of(link, above), above)
+
+    def _check_arm(self, path: tuple[str | int, ...], place: tuple[float, ...], link: Link) -> None:
+        """Refuse what would ride on a beam's end far from there; place (3,) in the link's frame, m."""
+        if link.beam is not None and math.dist(place, link.end or (0.0, 0.0, 0.0)) > math.hypot(*place):
+            raise Misplaced(
+                path,
+                f"is nearer to the start than to the end of the beam of {link.name}, and what hangs on a beam"
+                " rides on its end; cut the beam in two there",
+            )
 
     def _placed(self) -> Scene:
         """The scene with each link at the end of its parent (frames.py)."""
+        several = at_ends(self.links, self.parents)
+        last = self.links[-1].name  # a point that follows it is no link that anybody wrote
+        update = {
+            "links": tuple(link for _, link in several),
+            "sensors": tuple(s if s.link else s.model_copy(update={"link": last}) for s in self.sensors),
+        }
         try:
-            return Scene.model_validate(self.__dict__ | {"links": at_ends(self.links, self.parents)})
+            return Scene.model_validate(self.__dict__ | update)
         except ValidationError as problem:
             error = problem.errors()[0]
             cause = error.get("ctx", {}).get("error")
-            own = cause.path if isinstance(cause, Misplaced) else ()
-            raise Misplaced((*error["loc"], *own), error["msg"].removeprefix("Value error, ")) from None
+            path = (*error["loc"], *(cause.path if isinstance(cause, Misplaced) else ()))
+            if path[:1] == ("links",) and len(path) > 1:  # as the links are counted in the file
+                path = ("links", several[int(path[1])][0], *path[2:])
+            raise Misplaced(path, error["msg"].removeprefix("Value error, ")) from None
 
     def _check_link(self, path: tuple[str | int, ...], name: str, *, base: bool = False) -> None:
         known = [BASE, *self.link_names] if base else self.link_names
@@ -368,7 +385,7 @@ class Scene(Part):
                 raise Misplaced(
                     ("erls", "zeroed", n, "node"),
                     f"is {zeroed.node}, inside {zeroed.link}, which is reduced to its ends and modes;"
-                    f" give 0 or {beam.elements}, or links.{k}.reduction: false",
+                    f" give 0 or {beam.elements}, or that link reduction: false",
                 )
 
     def _check_sensors(self) -> None:
