@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..rotations.roll_pitch_yaw import rotation
 from ..scene.load import Scene, SceneError
-from ..scene.schema import Frame, Link
+from ..scene.schema import Link
 from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
 
 
@@ -18,14 +19,7 @@ def rotation_x(angle: float) -> np.ndarray:
 
 def mount(link: Link) -> np.ndarray:
     """(3, 3) axes of the joint in the parent's frame, without the joint's own rotation and theta."""
-    return np.eye(3) if link.frame is None else turned(link.frame)
-
-
-def turned(frame: Frame) -> np.ndarray:
-    """(3, 3) axes of a frame, Rz(yaw) Ry(pitch) Rx(roll)."""
-    roll, pitch, yaw = frame.rpy
-    c, s, h, v = np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
-    return np.array([[h * c, -v, h * s], [v * c, h, v * s], [-s, 0.0, c]]) @ rotation_x(roll)
+    return np.eye(3) if link.frame is None else rotation(link.frame.rpy)
 
 
 def joint_axis(link: Link) -> np.ndarray:

@@ -13,7 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements.section import section
-from ..model.erls import beam_axes, joint_axis, mount, reach, to_joint, turned
+from ..model.erls import beam_axes, joint_axis, mount, reach, to_joint
+from ..rotations.roll_pitch_yaw import roll_pitch_yaw, rotation
 from ..scene.schema import BASE, Beam, Link, Scene
 
 TIP = "tip"
@@ -115,7 +116,7 @@ def _link(robot: xml.Element, link: Link, n: int) -> None:
         xml.SubElement(inertial, "inertia", {k: _number(inertia[ij]) for k, ij in names.items()})
     for picture in link.visuals:
         shape = xml.SubElement(element, "visual")
-        _origin(shape, np.array(picture.frame.xyz), turned(picture.frame))
+        _origin(shape, np.array(picture.frame.xyz), rotation(picture.frame.rpy))
         geometry = xml.SubElement(shape, "geometry")
         xml.SubElement(geometry, "mesh", filename=picture.mesh, scale=_numbers(np.array(picture.scale)))
     if link.beam is None or length == 0.0 or link.visuals:
@@ -169,14 +170,6 @@ def equivalent_rectangle(beam: Beam) -> tuple[float, float]:
 
 def _origin(element: xml.Element, place: np.ndarray, turn: np.ndarray) -> None:
     xml.SubElement(element, "origin", xyz=_numbers(place), rpy=_numbers(roll_pitch_yaw(turn)))
-
-
-def roll_pitch_yaw(turn: np.ndarray) -> np.ndarray:
-    """(3,) angles with turn = Rz(yaw) Ry(pitch) Rx(roll)."""
-    pitch = np.arctan2(-turn[2, 0], np.hypot(turn[0, 0], turn[1, 0]))
-    if abs(turn[2, 0]) > 1.0 - 1e-12:  # looking straight along z: yaw is free, so none
-        return np.array([np.arctan2(-turn[1, 2], turn[1, 1]), pitch, 0.0])
-    return np.array([np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])])
 
 
 def _number(value: float) -> str:

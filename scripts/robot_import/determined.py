@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from flexsim_node.rotations.roll_pitch_yaw import rotation
+
 from .account import IN_DOUBT, Account
 from .additions import beam_body, body_of
 from .bodies import moved
-from .urdf import Body, about_axis, rotation
+from .urdf import Body, about_axis
 from .xml_file import ImportRefused
 
 LEAST = 1e-12  # kg m2 or kg: less than this, a joint moves nothing

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from flexsim_node.rotations.roll_pitch_yaw import roll_pitch_yaw
+
 from .account import CHANGED, IN_DOUBT, NOT_TAKEN, TOOK, Account
 from .bodies import ROUNDED, SLACK, doubts, excess, mended, moved, together
 from .rest import outside, rest_of
-from .urdf import Body, Origin, Picture, Urdf, UrdfJoint, UrdfLink, about_axis, roll_pitch_yaw
+from .urdf import Body, Origin, Picture, Urdf, UrdfJoint, UrdfLink, about_axis
 from .xml_file import ImportRefused
 
 BASE = "base"

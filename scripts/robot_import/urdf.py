@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from flexsim_node.rotations.roll_pitch_yaw import rotation
+
 from .left_out import left_out
 from .xml_file import Element, ImportRefused
 
@@ -19,27 +21,6 @@ NOT_KNOWN = {
 }
 BOUNDLESS = ("inf", "infinity")
 NOTHING = 1e-15  # kg m2: rounding, written as if it were an inertia
-
-
-def rotation(rpy: np.ndarray) -> np.ndarray:
-    """(3, 3) axes of roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
-def roll_pitch_yaw(turn: np.ndarray) -> np.ndarray:
-    """(3,) angles of a rotation; together they are exact where x looks along z, and each alone is not."""
-    pitch = np.arctan2(-turn[2, 0], np.hypot(turn[0, 0], turn[1, 0]))
-    yaw = np.arctan2(turn[1, 0], turn[0, 0])
-    c, s = np.cos(yaw), np.sin(yaw)  # the roll is what is left of the rotation without this yaw
-    roll = np.arctan2(s * turn[0, 2] - c * turn[1, 2], c * turn[1, 1] - s * turn[0, 1])
-    return np.array([roll, pitch, yaw])
 
 
 def about_axis(axis: np.ndarray, angle: float) -> np.ndarray:

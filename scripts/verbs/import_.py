@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from pathlib import Path
 from typing import Any
@@ -91,7 +90,7 @@ def command(robot: str, output: str, beams: tuple[str, ...], additions: str | No
     from ..robot_import.determined import check_determined
     from ..robot_import.scene import Choices, scene_of
     from ..robot_import.urdf import read_urdf
-    from ..robot_import.writing import scene_text
+    from ..robot_import.writing import scene_text, write_whole
     from ..robot_import.xacro_file import unfold
     from ..robot_import.xml_file import parse_xml, read_xml
 
@@ -137,13 +136,3 @@ def command(robot: str, output: str, beams: tuple[str, ...], additions: str | No
     )  # fmt: skip
     if not any("beam" in link for link in scene["links"]):
         say("Every link is rigid; --beam LINK=SECTION,MATERIAL makes one bend.")
-
-
-def write_whole(target: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    part = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(target)
-    finally:
-        part.unlink(missing_ok=True)

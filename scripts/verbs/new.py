@@ -64,7 +64,7 @@ def command(output: str, name: str | None, axes: str, lengths: list[float], beam
     if target.exists() and not force:
         raise click.ClickException(f"{target} exists already; name another file, or give --force")
     from ..robot_import.sections import beam_of
-    from ..robot_import.writing import scene_text
+    from ..robot_import.writing import scene_text, write_whole
 
     try:
         keys = beam_of(beam)
@@ -91,7 +91,7 @@ def command(output: str, name: str | None, axes: str, lengths: list[float], beam
         loaded = load_scene(scene)
     except SceneError as problem:
         raise click.ClickException(f"makes no scene: {str(problem).removeprefix('scene: ')}") from None
-    target.write_text(scene_text(scene, ""), encoding="utf-8")
+    write_whole(target, scene_text(scene, ""))
     if as_json:
         print_json({"scene": output, "joints": list(loaded.joint_names)})
     else:

@@ -7,9 +7,13 @@ import xml.etree.ElementTree as xml
 from pathlib import Path
 
 import numpy as np
+import pinocchio
 import pytest
 from flexsim.study.robot_grid import RobotGrid
+from framed_robots import by_frames
+from random_robots import random_robot
 
+from flexsim_node import linearize, natural_frequencies
 from flexsim_node.scene.load import SceneError, load_scene
 from flexsim_node.service.robot_description import robot_description
 
@@ -108,6 +112,22 @@ def test_link_called_tip():
     assert sorted(ends) == sorted(e.get("name") for e in root.findall("link") if e.get("name") != "base")
 
 
+@pytest.mark.parametrize("pitch", [1.570796, 1.5708, np.pi / 2, -1.57079632679])
+def test_description_is_exact_where_a_link_points_straight_up(pitch):
+    """Pinocchio has the published tip where the scene's frames put it, with a frame that looks along z."""
+    made = copy.deepcopy(ROBOT)
+    made["links"][0]["frame"]["rpy"] = [0.4, pitch, 0.3]
+    made["links"][1]["frame"]["rpy"] = [0.1, 0.2, 0.3]
+    model = pinocchio.buildModelFromXML(robot_description(load_scene(made)))
+    data = model.createData()
+    pinocchio.framesForwardKinematics(model, data, pinocchio.neutral(model))
+    foot, head = (pinocchio.rpy.rpyToMatrix(*link["frame"]["rpy"]) for link in made["links"])
+    eye = np.array([0, 0, 0.2]) + foot @ (np.array([0, 0, 0.3]) + head @ [0.4, 0, 0.1])
+    found = data.oMf[model.getFrameId("tip")]
+    assert np.allclose(found.translation, eye, rtol=0, atol=1e-11)
+    assert np.allclose(found.rotation, foot @ head, rtol=0, atol=1e-11)
+
+
 def test_visuals_are_published_where_they_are():
     """Path, place, turn and scale of a mesh are the scene's."""
     made = copy.deepcopy(ROBOT)
@@ -122,3 +142,31 @@ def test_visuals_are_published_where_they_are():
     assert [float(x) for x in mesh.get("scale").split()] == [1e-3, 1e-3, -1e-3]
     for key, right in (("xyz", [0.1, 0.2, 0.3]), ("rpy", [0.1, 0.2, 0.3])):
         assert np.allclose([float(x) for x in origin.get(key).split()], right, rtol=0, atol=1e-12)
+
+
+def test_frames_have_denavit_hartenbergs_modes_and_description():
+    """Natural frequencies, the linear model, and the robot that Pinocchio reads from the published URDF."""
+    made = random_robot(3, "serial", modulus=2e10)
+    scenes = [load_scene(scene) for scene in (made, by_frames(made))]
+    place = 0.3 + 0.2 * np.arange(len(scenes[0].joints))
+    frequencies = [natural_frequencies(scene, place) for scene in scenes]
+    assert np.allclose(*frequencies, rtol=1e-9, atol=0) and np.all(frequencies[0] > 0.0)
+    linear = [linearize(scene, place, ("joint_position", "tip_position")) for scene in scenes]
+    assert linear[0].state_names == linear[1].state_names
+    for key in ("A", "B", "C"):
+        one, two = (getattr(model, key) for model in linear)
+        assert np.allclose(one, two, rtol=0, atol=1e-9 * np.max(np.abs(one)))
+    tips, torques = [], []
+    for scene in scenes:
+        model = pinocchio.buildModelFromXML(robot_description(scene))
+        assert tuple(model.names)[1:] == scene.joint_names
+        data, q = model.createData(), pinocchio.neutral(model)
+        for name, angle in zip(scene.joint_names, place, strict=True):
+            joint = model.joints[model.getJointId(name)]
+            both = [np.cos(angle), np.sin(angle)] if joint.nq == 2 else [angle]
+            q[joint.idx_q : joint.idx_q + joint.nq] = both
+        pinocchio.framesForwardKinematics(model, data, q)
+        tips.append(data.oMf[model.getFrameId("tip")].homogeneous)
+        torques.append(pinocchio.rnea(model, data, q, np.ones(model.nv), np.ones(model.nv)))
+    assert np.allclose(*tips, rtol=0, atol=1e-12)
+    assert np.allclose(*torques, rtol=0, atol=1e-9 * np.max(np.abs(torques[0])))

@@ -12,9 +12,11 @@ from flexsim.cli import flexsim
 from flexsim.robot_import.account import Account
 from flexsim.robot_import.determined import mass_matrix
 from flexsim.robot_import.scene import Choices, scene_of
-from flexsim.robot_import.urdf import read_urdf, roll_pitch_yaw, rotation
+from flexsim.robot_import.urdf import read_urdf
 from flexsim.robot_import.xml_file import ImportRefused, parse_xml
 from urdf_robots import ARM, BODY, joint, link, robot
+
+from flexsim_node.rotations.roll_pitch_yaw import roll_pitch_yaw, rotation
 
 LEANING = BODY.replace("0 0 0.1", "0.1 0.05 0.1")
 
