@@ -290,6 +290,8 @@ def tell(urdf: Urdf, tree: Tree, account: Account) -> None:
     account.of_several(IN_DOUBT, lost, "follow a joint that is not in the file, taken to stay at 0")
     account.of_several(CHANGED, [j.name for j in moving if not j.axis_given],
                        "have no <axis>: it is 1 0 0, as URDF has it")  # fmt: skip
+    skew = [j.name for j in moving if abs(np.linalg.norm(j.axis) - 1.0) > 1e-3]
+    account.of_several(CHANGED, skew, "have an axis that is not of length 1: its direction counts")
     account.of_several(
         NOT_TAKEN, [j.name for j in urdf.joints if j.extras], "calibration or safety_controller"
     )

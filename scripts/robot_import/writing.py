@@ -11,7 +11,9 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 
-def scene_text(scene: dict[str, Any], source: str) -> str:
+def scene_text(
+    scene: dict[str, Any], source: str = "", units: str = "Lengths in m, angles in rad, masses in kg."
+) -> str:
     """The YAML of a scene document; vectors and short mappings stand on one line.
 
     source : where it was imported from, or "" for nowhere
@@ -22,7 +24,7 @@ def scene_text(scene: dict[str, Any], source: str) -> str:
     out = io.StringIO()
     yaml.dump(styled(scene, ()), out)
     origin = f"Imported from {' '.join(source.split())}. " if source else ""
-    return f"# {origin}Lengths in m, angles in rad, masses in kg.\n{out.getvalue()}"
+    return f"# {origin}{units}\n{out.getvalue()}"
 
 
 def styled(value: Any, path: tuple[str, ...]) -> Any:

@@ -40,6 +40,9 @@ RUN_BY_THE_TEST: dict[str, Example] = {
     "flexsim new -o arm.yaml --axes zyy --lengths 0.2,0.5,0.4 --beam tube:0.04x0.003,aluminium,3": Example(
         makes=("arm.yaml",)
     ),
+    "flexsim new door -o door.yaml --layers steel:0.001,stone_wool_100:0.06,steel:0.001": Example(
+        makes=("door.yaml",)
+    ),
     "flexsim schema robot -o robot.schema.json": Example(makes=("robot.schema.json",)),
     # simulate, modes, effects
     "flexsim simulate config/planar_double_pendulum.yaml --duration 2": Example(),
@@ -175,6 +178,7 @@ NOT_RUN = {
     "export ": "sets what the shell hands to the next command, and does nothing by itself",
     "flexsim_node --ros-args --enclave ": "needs SROS 2 and its keys, which come with a native ROS 2",
     "python benchmarks/": "a study of minutes to hours that measures this machine; parts of each have tests",
+    "flexsim new --ask": "asks a person; tests/scripts/test_new.py answers",
     "flexsim view config/": "opens a window and needs a display; tests/scripts/test_view.py has a robot",
     "flexsim view burnt": "opens a window and needs a display; tests/ros/test_door_view.py shows a door",
 }

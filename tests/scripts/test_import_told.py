@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from flexsim.cli import flexsim
 from urdf_robots import ARM, BODY, joint, link, robot
 
+from flexsim_node.model.erls import joint_axis
 from flexsim_node.scene.load import load_scene
 
 MESH = '<visual><geometry><mesh filename="package://r/a.stl"/></geometry></visual>'
@@ -72,6 +73,14 @@ def test_what_is_not_read_is_said(imported, before, after, said):
 def test_nothing_is_said_of_what_is_read(imported):
     """The account of a plain arm names nothing as left out."""
     assert imported(ARM)[0]["not_taken"] == []
+
+
+def test_axis_of_any_length(imported):
+    """Its direction counts, the other way round too; its length does not, which is said."""
+    account, scene = imported(ARM.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 -2 0"/>', 1))
+    assert "shoulder" in str(account["changed"]) and "not of length 1" in str(account["changed"])
+    assert "elbow" not in str(account["changed"])
+    assert joint_axis(scene.links[scene.link_names.index("upper")]).tolist() == [0, -1, 0]
 
 
 def test_end_of_a_branch_is_a_tip(imported):
