@@ -26,6 +26,7 @@ CONTENTS = """
 :hidden:
 :caption: The programs
 docs/robot
+docs/frames
 docs/import
 docs/node
 docs/door
