@@ -2,7 +2,7 @@
 
 A URDF link's frame sits at its joint, where Denavit-Hartenberg's sits at the link's far end.  So
 frame l of the URDF is frame l-1 of the robot turned (or slid) by joint l, and a last link, `tip`,
-is the last frame itself.
+is the last frame itself.  The frame of a named point, LINK/POINT, sits at the point.
 """
 
 from __future__ import annotations
@@ -34,6 +34,8 @@ def robot_description(scene: Scene) -> str:
         angle = link.dh.theta
         c, s = np.cos(angle), np.sin(angle)
         turn = turn @ mount(link) @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        if is_point(link):
+            place = place + turn @ reach(link)
         _joint(robot, link, names, name, place, turn)
         _link(robot, link, n)
     tip = TIP
@@ -52,11 +54,19 @@ def root_name(scene: Scene) -> str:
     return "world" if any(link.name == BASE for link in scene.links) else BASE
 
 
+def is_point(link: Link) -> bool:
+    """Whether a link is but a point of another (scene/schema/frames.py)."""
+    held = link.frame is not None and link.joint.type == "fixed" and not any(link.frame.rpy)
+    return held and "/" in link.name and link.beam is None and not link.bodies
+
+
 def _end(scene: Scene, n: int) -> tuple[str, np.ndarray, np.ndarray]:
     """Name of link n, and place (3,) and rotation (3, 3) of its end in its URDF frame; -1: the base."""
     if n < 0:
         return root_name(scene), np.zeros(3), np.eye(3)
     link = scene.links[n]
+    if is_point(link):
+        return link.name, np.zeros(3), np.eye(3)
     return link.name, to_joint(link) @ reach(link), to_joint(link)
 
 

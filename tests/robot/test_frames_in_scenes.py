@@ -114,7 +114,7 @@ def test_link_called_tip():
 
 @pytest.mark.parametrize("pitch", [1.570796, 1.5708, np.pi / 2, -1.57079632679])
 def test_description_is_exact_where_a_link_points_straight_up(pitch):
-    """Pinocchio has the published tip where the scene's frames put it, with a frame that looks along z."""
+    """Pinocchio has links, points and tip where the scene's frames put them, one frame looking along z."""
     made = copy.deepcopy(ROBOT)
     made["links"][0]["frame"]["rpy"] = [0.4, pitch, 0.3]
     made["links"][1]["frame"]["rpy"] = [0.1, 0.2, 0.3]
@@ -123,6 +123,13 @@ def test_description_is_exact_where_a_link_points_straight_up(pitch):
     pinocchio.framesForwardKinematics(model, data, pinocchio.neutral(model))
     foot, head = (pinocchio.rpy.rpyToMatrix(*link["frame"]["rpy"]) for link in made["links"])
     eye = np.array([0, 0, 0.2]) + foot @ (np.array([0, 0, 0.3]) + head @ [0.4, 0, 0.1])
+    place, base = np.array([0, 0, 0.2]), np.array([0, 0, 0.3])
+    for name, there in (
+        ("foot/start", place), ("foot", place), ("foot/lamp", place + foot @ [0, 0.1, 0.3]),
+        ("foot/plug", place + foot @ [0, 0, 0.25]), ("head", place + foot @ base), ("head/eye", eye),
+    ):  # fmt: skip
+        at = data.oMf[model.getFrameId(name, pinocchio.FrameType.BODY)].translation
+        assert np.allclose(at, there, rtol=0, atol=1e-11), name
     found = data.oMf[model.getFrameId("tip")]
     assert np.allclose(found.translation, eye, rtol=0, atol=1e-11)
     assert np.allclose(found.rotation, foot @ head, rtol=0, atol=1e-11)
