@@ -273,3 +273,17 @@ def test_xacro(run, macro):
     assert path.exists() == (macro == "2.0")
     if macro != "2.0":
         assert "xacro can't unfold it" in told and "\n" not in str(done.exception)
+
+
+def test_arguments_of_a_xacro(run):
+    """They count; one that the file does not have is refused, where xacro would pass over it."""
+    pytest.importorskip("xacro")
+    text = ARM.replace('value="2"', 'value="$(arg weight)"', 1).replace(
+        '<robot name="r">',
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="weight" default="1"/>',
+    )
+    done, told, path = run(text, "--arg", "weight:=3", name="r.xacro")
+    assert done.exit_code == 0, told
+    assert max(k.rigid.mass for k in load_scene(path).links if k.rigid) == 3.0
+    done, told, _ = run(text, "--force", "--arg", "wieght:=3", name="r.xacro")
+    assert done.exit_code == 1 and "--arg wieght: the xacro has no such argument; it has weight" in told
