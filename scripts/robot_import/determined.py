@@ -65,7 +65,7 @@ def massless(names: list[str], matrix: np.ndarray) -> list[str]:
 def mass_matrix(links: list[dict[str, Any]], position: np.ndarray) -> np.ndarray:
     """(m, m) mass matrix of the links at the joints' positions (m,), rotors left out."""
     m = len(position)
-    matrix = np.zeros((m, m))
+    rates, momenta = [np.zeros((0, m))], [np.zeros((0, m))]  # of all bodies, linear and angular
     poses: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {
         "base": (np.zeros(3), np.eye(3), np.zeros((6, m)))
     }
@@ -92,8 +92,9 @@ def mass_matrix(links: list[dict[str, Any]], position: np.ndarray) -> np.ndarray
         for body in bodies(link):
             body = moved(body, place, turn)
             speed = twist[:3] + np.cross(twist[3:], body.center, axis=0)
-            matrix += body.mass * speed.T @ speed + twist[3:].T @ body.inertia @ twist[3:]
-    return matrix
+            rates += [speed, twist[3:]]
+            momenta += [body.mass * speed, body.inertia @ twist[3:]]
+    return np.asarray(np.concatenate(rates).T @ np.concatenate(momenta))
 
 
 def point(link: Mapping[str, Any], name: str) -> np.ndarray:

@@ -33,13 +33,13 @@ def rest_of(urdf: Urdf, hold: Mapping[str, float], hold_mimics: bool) -> Rest:
             )
 
     def place(joint: UrdfJoint | None) -> float:
+        factor, offset = 1.0, 0.0
+        while joint is not None and joint.name not in hold and joint.mimic:
+            factor, offset = factor * joint.multiplier, offset + factor * joint.offset
+            joint = joints.get(joint.mimic)
         if joint is None:
-            return 0.0  # a fixed one, or one that is not in the file
-        if joint.name in hold:
-            return hold[joint.name]
-        if joint.mimic:
-            return joint.multiplier * place(joints.get(joint.mimic)) + joint.offset
-        return middle(joint) or 0.0
+            return offset  # it follows a fixed one, or one that is not in the file
+        return offset + factor * (hold[joint.name] if joint.name in hold else middle(joint) or 0.0)
 
     found = Rest()
     for name, joint in joints.items():

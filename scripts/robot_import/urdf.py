@@ -19,6 +19,7 @@ NOT_KNOWN = {
     "planar": "slides in a plane",
     "spherical": "is a ball",
 }
+MOST_LINKS = 1000
 BOUNDLESS = ("inf", "infinity")
 NOTHING = 1e-15  # kg m2: rounding, written as if it were an inertia
 
@@ -163,6 +164,8 @@ def read_urdf(root: Element, folder: Path) -> Urdf:
         joints.append(joint)
     if not links:
         root.refuse("has no links; give a robot")
+    if len(links) > MOST_LINKS:
+        root.refuse(f"has {len(links)} links; give a robot of at most {MOST_LINKS}")
     check_mimics(joints)
     name = root.attributes.get("name", "").strip() or "robot"
     return Urdf(name, links, joints, root_of(root, links, joints), left_out(root))

@@ -177,6 +177,7 @@ REFUSED = {
     "limits turned round": (
         one(inside='<limit lower="1" upper="-1"/>'), "lower below upper",
     ),
+    "a thousand": ("<robot>" + "".join(map(link, map(str, range(1001)))) + "</robot>", "at most 1000"),
     "deep": ("<robot>" + "<a>" * 5000, "lies in"),
 }  # fmt: skip
 
