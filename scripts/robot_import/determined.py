@@ -65,7 +65,8 @@ def massless(names: list[str], matrix: np.ndarray) -> list[str]:
 def mass_matrix(links: list[dict[str, Any]], position: np.ndarray) -> np.ndarray:
     """(m, m) mass matrix of the links at the joints' positions (m,), rotors left out."""
     m = len(position)
-    rates, momenta = [np.zeros((0, m))], [np.zeros((0, m))]  # of all bodies, linear and angular
+    rates: list[np.ndarray] = [np.zeros((0, m))]  # of all bodies, linear and angular
+    momenta: list[np.ndarray] = [np.zeros((0, m))]
     poses: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {
         "base": (np.zeros(3), np.eye(3), np.zeros((6, m)))
     }
