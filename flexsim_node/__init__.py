@@ -1,14 +1,7 @@
 """The flexible robot: scene -> model -> equations -> integrators -> simulate."""
 
-from .analysis.decide import resolve_effects
-from .analysis.linearization import LinearModel, linearize
-from .analysis.modes import Modes, mode_shapes, natural_frequencies
-from .analysis.simulate import simulate
-from .analysis.statics import StaticEquilibrium, static_equilibrium
-from .compiled import kept_kernels  # noqa: F401  before any kernel is loaded
-from .motion.decision import Decision
-from .motion.run import Run
-from .scene.load import Scene, SceneError, load_scene
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 __all__ = [
     "Decision",
@@ -26,3 +19,35 @@ __all__ = [
     "simulate",
     "static_equilibrium",
 ]
+
+if TYPE_CHECKING:
+    from .analysis.decide import resolve_effects
+    from .analysis.linearization import LinearModel, linearize
+    from .analysis.modes import Modes, mode_shapes, natural_frequencies
+    from .analysis.simulate import simulate
+    from .analysis.statics import StaticEquilibrium, static_equilibrium
+    from .motion.decision import Decision
+    from .motion.run import Run
+    from .scene.load import Scene, SceneError, load_scene
+else:
+    # Loaded when asked for: who only reads a scene need not wait for the compiler.
+    _FILES = {
+        "analysis.decide": ("resolve_effects",),
+        "analysis.linearization": ("LinearModel", "linearize"),
+        "analysis.modes": ("Modes", "mode_shapes", "natural_frequencies"),
+        "analysis.simulate": ("simulate",),
+        "analysis.statics": ("StaticEquilibrium", "static_equilibrium"),
+        "motion.decision": ("Decision",),
+        "motion.run": ("Run",),
+        "scene.load": ("Scene", "SceneError", "load_scene"),
+    }
+    _WHERE = {name: file for file, names in _FILES.items() for name in names}
+
+    def __getattr__(name):
+        if name not in _WHERE:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        globals()[name] = found = getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)
+        return found
+
+    def __dir__():
+        return sorted({*globals(), *__all__})

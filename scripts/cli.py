@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import keyword
 import os
 import pkgutil
 import sys
@@ -35,13 +36,15 @@ class Verbs(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the verbs' names, alphabetically."""
         files = pkgutil.iter_modules([str(Path(__file__).parent / "verbs")])
-        return sorted(m.name.replace("_", "-") for m in files)
+        return sorted(m.name.rstrip("_").replace("_", "-") for m in files)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import the verb's file, or return None where there is none."""
         if cmd_name not in self.list_commands(ctx):
             return None
-        module = importlib.import_module(f"{PACKAGE}.verbs.{cmd_name.replace('-', '_')}")
+        name = cmd_name.replace("-", "_")
+        name += "_" * keyword.iskeyword(name)  # import is a word of Python's own
+        module = importlib.import_module(f"{PACKAGE}.verbs.{name}")
         command: click.Command = module.command
         return command
 

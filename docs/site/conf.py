@@ -26,6 +26,8 @@ CONTENTS = """
 :hidden:
 :caption: The programs
 docs/robot
+docs/frames
+docs/import
 docs/node
 docs/door
 docs/door_verdict

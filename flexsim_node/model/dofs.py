@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene.load import Scene
-from ..scene.schema import Payload
+from ..scene.schema import Link, Payload
+from .erls import joint_axis
 from .loops import flat
 
 PLANAR_DOFS = [0, 1, 5]
@@ -24,16 +25,20 @@ def is_planar(scene: Scene) -> bool:
     return (
         (scene.gravity[2] == 0.0 or not scene.effects.gravity)
         and all(
-            abs(link.dh.alpha) < 1e-12
-            and link.dh.d == 0.0
-            and link.joint.type != "prismatic"
-            and level(link.payload)
-            and level(link.rigid)
+            _in_plane(link) and link.joint.type != "prismatic" and level(link.payload) and level(link.rigid)
             for link in scene.links
         )
         and all(flat(loop) for loop in scene.loops)
         and (isinstance(zeroed, str) or all(z.dof in ("x", "y", "rz") for z in zeroed))
     )
+
+
+def _in_plane(link: Link) -> bool:
+    """Whether a link stays in the plane in which it begins."""
+    if link.frame is None:
+        return abs(link.dh.alpha) < 1e-12 and link.dh.d == 0.0
+    level = link.frame.rpy[0] == link.frame.rpy[1] == 0.0 and (link.end is None or link.end[2] == 0.0)
+    return level and bool(joint_axis(link)[2] == 1.0)
 
 
 def follow(comp: int, length: float) -> np.ndarray:

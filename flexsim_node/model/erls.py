@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..rotations.roll_pitch_yaw import rotation
 from ..scene.load import Scene, SceneError
 from ..scene.schema import Link
 from .chain import FIXED, PRISMATIC, REVOLUTE, Chain
@@ -16,10 +17,46 @@ def rotation_x(angle: float) -> np.ndarray:
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
+def mount(link: Link) -> np.ndarray:
+    """(3, 3) axes of the joint in the parent's frame, without the joint's own rotation and theta."""
+    return np.eye(3) if link.frame is None else rotation(link.frame.rpy)
+
+
+def joint_axis(link: Link) -> np.ndarray:
+    """(3,) unit vector of the joint's axis in the joint's axes."""
+    axis = np.array(link.joint.axis or (0.0, 0.0, 1.0))
+    return axis / np.linalg.norm(axis)
+
+
+def to_joint(link: Link) -> np.ndarray:
+    """(3, 3) axes of the link's frame in those that the joint turns: a link of `frame` has the same."""
+    return rotation_x(link.dh.alpha) if link.frame is None else np.eye(3)
+
+
+def reach(link: Link) -> np.ndarray:
+    """(3,) from the link's start to its end, in the link's frame, m."""
+    if link.frame is not None:
+        return np.array(link.end or (0.0, 0.0, 0.0))
+    a, d, alpha = link.dh.a, link.dh.d, link.dh.alpha
+    return np.array([a, d * np.sin(alpha), d * np.cos(alpha)])
+
+
+def about_axis(link: Link, axes: np.ndarray) -> np.ndarray:
+    """(3, 3) rows in beam axes: z along the joint's axis, x the part of x_l normal to it (or of y_l)."""
+    inside = to_joint(link) @ axes
+    axis = joint_axis(link)
+    if axis[2] == 1.0:
+        return inside
+    x = np.eye(3)[0] - axis[0] * axis
+    if np.linalg.norm(x) < 1e-6:
+        x = np.eye(3)[1] - axis[1] * axis
+    x /= np.linalg.norm(x)
+    return np.array([x, np.cross(axis, x), axis]) @ inside
+
+
 def beam_axes(link: Link) -> tuple[np.ndarray, float]:
     """Columns x, y, z of the beam axes in the link's frame, and the link's length."""
-    a, d, alpha = link.dh.a, link.dh.d, link.dh.alpha
-    along = np.array([a, d * np.sin(alpha), d * np.cos(alpha)])
+    along = reach(link)
     length = float(np.linalg.norm(along))
     if length < 1e-9:
         return np.eye(3), 0.0
@@ -53,7 +90,7 @@ def zeroed_directions(scene: Scene, driven: tuple[str, ...]) -> list[dict[tuple[
         beam = link.beam
         axes, _ = beam_axes(link)
         if zeroed != "root" and names[n] not in driven and beam is not None and link.flexible:
-            axis = (rotation_x(link.dh.alpha) @ axes)[2]
+            axis = about_axis(link, axes)[2]
             across = np.cross(axis, [1.0, 0.0, 0.0])
             direction = np.zeros(6)
             effects = scene.effects
@@ -111,7 +148,7 @@ def listed_directions(scene: Scene, found: list[dict[tuple[int, int], np.ndarray
                 f"{where}: {link.name} has no node {entry.node}; its end is node {link.beam.elements}"
             )
         axes, _ = beam_axes(link)
-        inside = rotation_x(link.dh.alpha) @ axes
+        inside = about_axis(link, axes)
         direction = np.zeros(6)
         half = slice(0, 3) if dof < 3 else slice(3, 6)
         direction[half] = np.where(np.abs(inside[dof % 3]) < 1e-12, 0.0, inside[dof % 3])

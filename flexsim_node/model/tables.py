@@ -35,16 +35,12 @@ from .chain import (
     Chain,
 )
 from .dofs import PLANAR_DOFS, follow, is_planar
-from .erls import beam_axes, rotation_x, zeroed_directions
+from .erls import beam_axes, joint_axis, mount, to_joint, zeroed_directions
 from .limits import link_mass, slender_limits, watch_limits
 from .loops import closing_equations
 from .reduced.reduction import ReducedLink, reduce_link, reduced_links
 
 KINDS = {"fixed": FIXED, "revolute": REVOLUTE, "prismatic": PRISMATIC}
-# constant, cosine and sine part of a rotation about z
-SPIN = np.zeros((3, 3, 3))
-SPIN[0, 2, 2] = SPIN[1, 0, 0] = SPIN[1, 1, 1] = 1.0
-SPIN[2, 0, 1], SPIN[2, 1, 0] = -1.0, 1.0
 
 
 class Tables:
@@ -121,15 +117,15 @@ class Tables:
         """The link's axes, and how its joint turns them; the beam's length, m."""
         before = self.axes[parent] if parent >= 0 else np.eye(3)
         self.axes[n], length = beam_axes(link)
-        inside = rotation_x(link.dh.alpha) @ self.axes[n]
-        for k in range(3):
-            self.rotation[n, k] = before.T @ SPIN[k] @ inside
+        inside, start, axis = to_joint(link) @ self.axes[n], before.T @ mount(link), joint_axis(link)
+        for k, part in enumerate(turn_about(axis)):
+            self.rotation[n, k] = start @ part @ inside
         row = self.joint[n]
         row[TIP] = length
         flexible = link.flexible and link.beam is not None
         row[BOWED] = length if self.turning and not flexible else 0.0
-        row[AXIS : AXIS + 3] = inside[2]
-        row[PARENT_AXIS : PARENT_AXIS + 3] = before[2]
+        row[AXIS : AXIS + 3] = axis @ inside
+        row[PARENT_AXIS : PARENT_AXIS + 3] = start @ axis
         row[ANGLE] = link.dh.theta
         return length
 
@@ -212,12 +208,9 @@ class Tables:
 
     def _add_bodies(self, n: int, link: Link, node: int) -> None:
         axes = self.axes[n]
-        for body in (link.rigid, link.payload):
-            if body is None or body.mass == 0.0:
-                continue
+        for body, center in link.bodies:
             inertia = np.array(body.inertia) if body.inertia else np.zeros((3, 3))
-            center = axes.T @ np.array(body.center_of_mass)
-            matrix = pseudo_inertia(body.mass, center, axes.T @ inertia @ axes)
+            matrix = pseudo_inertia(body.mass, axes.T @ center, axes.T @ inertia @ axes)
             self.bodies.append(matrix)
             self.body_masses.append(body_mass(matrix)[np.ix_(self.dofs, self.dofs)])
             self.body_nodes.append(node)
@@ -280,6 +273,13 @@ class Tables:
         for array in constants.values():
             array.setflags(write=False)
         return by_reference(chain._replace(**constants))
+
+
+def turn_about(axis: np.ndarray) -> np.ndarray:
+    """(3, 3, 3) constant, cosine and sine part of a rotation about a unit vector (3,)."""
+    x, y, z = axis
+    along = np.outer(axis, axis)
+    return np.array([along, np.eye(3) - along, [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]])
 
 
 def reduction_of(

@@ -2,7 +2,7 @@
 
 A URDF link's frame sits at its joint, where Denavit-Hartenberg's sits at the link's far end.  So
 frame l of the URDF is frame l-1 of the robot turned (or slid) by joint l, and a last link, `tip`,
-is the last frame itself.
+is the last frame itself.  The frame of a named point, LINK/POINT, sits at the point.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements.section import section
-from ..model.erls import beam_axes, rotation_x
+from ..model.erls import beam_axes, joint_axis, mount, reach, to_joint
+from ..rotations.roll_pitch_yaw import roll_pitch_yaw, rotation
 from ..scene.schema import BASE, Beam, Link, Scene
 
 TIP = "tip"
@@ -32,13 +33,18 @@ def robot_description(scene: Scene) -> str:
         name, place, turn = _end(scene, parent)
         angle = link.dh.theta
         c, s = np.cos(angle), np.sin(angle)
-        turn = turn @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        turn = turn @ mount(link) @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        if is_point(link):
+            place = place + turn @ reach(link)
         _joint(robot, link, names, name, place, turn)
         _link(robot, link, n)
-    tip = xml.SubElement(robot, "joint", name=f"{TIP}_joint", type="fixed")
-    xml.SubElement(robot, "link", name=TIP)
+    tip = TIP
+    while tip in scene.link_names or f"{tip}_joint" in scene.joint_names:
+        tip += "_"
+    joint = xml.SubElement(robot, "joint", name=f"{tip}_joint", type="fixed")
+    xml.SubElement(robot, "link", name=tip)
     name, place, turn = _end(scene, len(scene.links) - 1)
-    _connect(tip, name, TIP, place, turn)
+    _connect(joint, name, tip, place, turn)
     xml.indent(robot)
     return '<?xml version="1.0"?>\n' + xml.tostring(robot, encoding="unicode")
 
@@ -48,12 +54,20 @@ def root_name(scene: Scene) -> str:
     return "world" if any(link.name == BASE for link in scene.links) else BASE
 
 
+def is_point(link: Link) -> bool:
+    """Whether a link is but a point of another (scene/schema/frames.py)."""
+    held = link.frame is not None and link.joint.type == "fixed" and not any(link.frame.rpy)
+    return held and "/" in link.name and link.beam is None and not link.bodies
+
+
 def _end(scene: Scene, n: int) -> tuple[str, np.ndarray, np.ndarray]:
     """Name of link n, and place (3,) and rotation (3, 3) of its end in its URDF frame; -1: the base."""
     if n < 0:
         return root_name(scene), np.zeros(3), np.eye(3)
-    dh = scene.links[n].dh
-    return scene.links[n].name, np.array([dh.a, 0.0, dh.d]), rotation_x(dh.alpha)
+    link = scene.links[n]
+    if is_point(link):
+        return link.name, np.zeros(3), np.eye(3)
+    return link.name, to_joint(link) @ reach(link), to_joint(link)
 
 
 def _joint(
@@ -71,7 +85,7 @@ def _joint(
     _connect(element, parent, link.name, place, turn)
     if kind == "fixed":
         return
-    xml.SubElement(element, "axis", xyz="0 0 1")
+    xml.SubElement(element, "axis", xyz=_numbers(joint_axis(link)))
     limit = {"effort": _number(joint.effort_limit or FAR), "velocity": _number(FAR)}
     if kind == "prismatic":
         limit.update(lower=_number(-FAR), upper=_number(FAR))
@@ -94,8 +108,8 @@ def _connect(joint: xml.Element, parent: str, child: str, place: np.ndarray, tur
 def _link(robot: xml.Element, link: Link, n: int) -> None:
     element = xml.SubElement(robot, "link", name=link.name)
     axes, length = beam_axes(link)
-    axes = rotation_x(link.dh.alpha) @ axes  # in the URDF's frame of the link
-    end = np.array([link.dh.a, 0.0, link.dh.d])
+    axes = to_joint(link) @ axes  # in the URDF's frame of the link
+    end = to_joint(link) @ reach(link)
     mass, centre, inertia = rigid_inertia(link)
     if mass > 0.0:
         inertial = xml.SubElement(element, "inertial")
@@ -110,7 +124,12 @@ def _link(robot: xml.Element, link: Link, n: int) -> None:
             "izz": (2, 2),
         }
         xml.SubElement(inertial, "inertia", {k: _number(inertia[ij]) for k, ij in names.items()})
-    if link.beam is None or length == 0.0:
+    for picture in link.visuals:
+        shape = xml.SubElement(element, "visual")
+        _origin(shape, np.array(picture.frame.xyz), rotation(picture.frame.rpy))
+        geometry = xml.SubElement(shape, "geometry")
+        xml.SubElement(geometry, "mesh", filename=picture.mesh, scale=_numbers(np.array(picture.scale)))
+    if link.beam is None or length == 0.0 or link.visuals:
         return
     width, depth = equivalent_rectangle(link.beam)
     for purpose in ("visual", "collision"):
@@ -128,8 +147,8 @@ def rigid_inertia(link: Link) -> tuple[float, np.ndarray, np.ndarray]:
     In the link's URDF frame.
     """
     axes, length = beam_axes(link)
-    to_link = rotation_x(link.dh.alpha)  # the scene's link frame, at the far end
-    end = np.array([link.dh.a, 0.0, link.dh.d])
+    to_link = to_joint(link)  # the scene's axes
+    end = to_link @ reach(link)
     parts = []
     if link.beam is not None and length > 0.0:
         s = section(link.beam)
@@ -139,11 +158,9 @@ def rigid_inertia(link: Link) -> tuple[float, np.ndarray, np.ndarray]:
         own = np.diag([line * (s.iy + s.iz), across + line * s.iy, across + line * s.iz])
         turn = to_link @ axes
         parts.append((mass, 0.5 * end, turn @ own @ turn.T))
-    for body in (link.rigid, link.payload):
-        if body is not None and body.mass > 0.0:
-            own = np.array(body.inertia) if body.inertia else np.zeros((3, 3))
-            place = end + to_link @ np.array(body.center_of_mass)
-            parts.append((body.mass, place, to_link @ own @ to_link.T))
+    for body, center in link.bodies:
+        own = np.array(body.inertia) if body.inertia else np.zeros((3, 3))
+        parts.append((body.mass, end + to_link @ center, to_link @ own @ to_link.T))
     if not parts:
         return 0.0, np.zeros(3), np.zeros((3, 3))
     mass = sum(m for m, _, _ in parts)
@@ -163,14 +180,6 @@ def equivalent_rectangle(beam: Beam) -> tuple[float, float]:
 
 def _origin(element: xml.Element, place: np.ndarray, turn: np.ndarray) -> None:
     xml.SubElement(element, "origin", xyz=_numbers(place), rpy=_numbers(roll_pitch_yaw(turn)))
-
-
-def roll_pitch_yaw(turn: np.ndarray) -> np.ndarray:
-    """(3,) angles with turn = Rz(yaw) Ry(pitch) Rx(roll)."""
-    pitch = np.arctan2(-turn[2, 0], np.hypot(turn[0, 0], turn[1, 0]))
-    if abs(turn[2, 0]) > 1.0 - 1e-12:  # looking straight along z: yaw is free, so none
-        return np.array([np.arctan2(-turn[1, 2], turn[1, 1]), pitch, 0.0])
-    return np.array([np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])])
 
 
 def _number(value: float) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict
@@ -71,6 +72,24 @@ def number_in(units: str) -> Callable[[Any], Any]:
     return number
 
 
+@dataclass(frozen=True)
+class Range(AfterValidator):
+    """A check of a number's range that JSON Schema has too."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    open_low: bool = False
+    unit: str = ""
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        found: dict[str, Any] = dict(handler(schema))
+        if math.isfinite(self.low):
+            found["exclusiveMinimum" if self.open_low else "minimum"] = self.low
+        if math.isfinite(self.high):
+            found["maximum"] = self.high
+        return found | ({"description": f"in {self.unit}"} if self.unit else {})
+
+
 def between(low: float, high: float, unit: str, advice: str = "", open_low: bool = False) -> Any:
     """A check of a number's range, in words."""
 
@@ -84,4 +103,4 @@ def between(low: float, high: float, unit: str, advice: str = "", open_low: bool
             )
         return value
 
-    return AfterValidator(check)
+    return Range(check, low, high, open_low, unit)

@@ -4,7 +4,8 @@
      "overrides": {...}, "effects": [...], "file": "/home/me/arm.yaml", "since": 0.0, "ticks": 0,
      "versions": {"flexsim": "0.1.0", ...}}
 
-`scene` has every key: overrides taken in, formulation and effects decided, nothing of it in another file.
+`scene` has every key (of links by frames, those that are used): overrides taken in, formulation and effects
+decided, nothing of it in another file.
 The hash is of `scene` alone: equal hashes mean equal scenes, whatever file they came from.
 """
 

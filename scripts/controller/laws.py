@@ -153,7 +153,7 @@ class Lqg:
         self.rest = Rest(scene, trajectory)
         middle = trajectory.position[len(trajectory.time) // 2]
         last = scene.links[-1]
-        count = last.beam.elements if last.beam is not None and last.flexible else 1
+        count = last.beam.elements if last.beam is not None and last.flexible else int(last.length > 0.0)
         end = f"node_displacement:{last.name}/{count}"
         full = linearize(scene, middle, ("joint_position", "joint_velocity", end))
         m = len(scene.joint_names)

@@ -15,7 +15,7 @@ from . import joints
 from .colour import GHOST, NODE, TRACE, along_scale
 from .palette import SERIES
 from .strain import KINDS, TITLES, Strain
-from .tube import Skeleton, Tube
+from .tube import ALONE, Skeleton, Tube
 from .window import TIMELINE
 
 # Frames of one chunk: small enough that the viewer can load and drop pieces of a long recording.
@@ -65,7 +65,7 @@ class RobotView:
         self.full_colour = max(full_colour, 1e-9)
         self.tube = Tube(skeleton)
         self.ghost = Tube(skeleton.rigid())
-        self.radius = float(skeleton.radius.max())
+        self.radius = float(skeleton.radius.max(initial=0.0)) or ALONE
         self._tip: NDArray | None = None
         self._status: str | None = None
         recording.log(

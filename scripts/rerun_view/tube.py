@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 SIDES = 8
 POINTS_PER_LINK = 12
+THIN, ALONE = 0.5, 0.005  # radius of what has no section: of the thinnest beam's; m where there is none
 LAYOUT_FIELDS = ["node_names", "segments", "segment_width", "segment_depth"]
 
 Array = NDArray[np.float32]
@@ -25,7 +26,7 @@ class Skeleton:
     node_names : tuple of N str
     segments : tuple of (first, second) node indices
     radius : ndarray (S,), m
-        Of the circle with the area of each segment's section.
+        Of the circle with the area of each segment's section; rigid links, which have none, are thin.
     outer : ndarray (S,), m
         From each section's middle to its outermost fibre.
     """
@@ -39,10 +40,12 @@ class Skeleton:
     def from_layout(cls, layout: Mapping[str, NDArray]) -> Skeleton:
         """Read columns of ElasticLayout messages, the last of which counts."""
         width, depth = layout["segment_width"][-1], layout["segment_depth"][-1]
+        radius = np.sqrt(width * depth / np.pi)
+        drawn = radius > 0.0
         return cls(
             node_names=tuple(layout["node_names"][-1]),
             segments=tuple((int(a), int(b)) for a, b in layout["segments"][-1].reshape(-1, 2)),
-            radius=np.sqrt(width * depth / np.pi),
+            radius=np.where(drawn, radius, THIN * radius[drawn].min() if drawn.any() else ALONE),
             outer=np.maximum(width, depth) / 2.0,
         )
 
@@ -69,7 +72,7 @@ class Skeleton:
     def same_link(self, segment: int) -> bool:
         """Say whether a segment goes on in the link of the one before it."""
         before, here = self.segments[segment - 1][1], self.segments[segment][1]
-        return self.node_names[before].split("/")[0] == self.node_names[here].split("/")[0]
+        return self.node_names[before].rpartition("/")[0] == self.node_names[here].rpartition("/")[0]
 
 
 class Tube:
@@ -85,7 +88,7 @@ class Tube:
 
     def __init__(self, skeleton: Skeleton) -> None:
         self.nodes = len(skeleton.node_names)
-        rows, radii, starts = [], [], [0]
+        rows, radii, starts = [np.zeros((0, self.nodes))], [np.zeros(0)], [0]
         for chain in skeleton.chains:
             nodes = [skeleton.segments[chain[0]][0]] + [skeleton.segments[s][1] for s in chain]
             weights = curve_weights(len(nodes))
@@ -99,7 +102,8 @@ class Tube:
         self.weights = np.concatenate(rows).astype(np.float32)  # (P, N)
         self.radii = np.concatenate(radii).astype(np.float32)  # (P,)
         self.starts = starts
-        self.triangles = np.concatenate([skin(a, b - a) for a, b in pairwise(starts)])
+        skins = [skin(a, b - a) for a, b in pairwise(starts)]
+        self.triangles = np.concatenate([np.zeros((0, 3), np.uint32), *skins])
 
     def centre(self, nodes: NDArray[np.floating]) -> Array:
         """Return the curve's points: nodes (K, N, 3) in, (K, P, 3) out, m."""

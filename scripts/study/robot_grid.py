@@ -54,10 +54,18 @@ class RobotGrid:
         self.elements = ELEMENTS[:2] if quick else ELEMENTS
 
     @cached_property
-    def flexible(self) -> list[int]:
-        """Numbers of the flexible links."""
-        links = enumerate(self.scene.links)
-        return [k for k, link in links if link.beam is not None and link.flexible]
+    def flexible(self) -> list[str]:
+        """What an override calls the flexible links."""
+        return [self.written[k.name] for k in self.scene.links if k.beam is not None and k.flexible]
+
+    @cached_property
+    def written(self) -> dict[str, str]:
+        """What an override calls each link of the file: its number, unless another is named so.
+
+        The scene's own numbers are others where points became links of it.
+        """
+        names = [str(link["name"]) for link in self.document["links"]]
+        return {name: name if str(k) in names else str(k) for k, name in enumerate(names)}
 
     @cached_property
     def _reduced(self) -> bool:
@@ -67,7 +75,7 @@ class RobotGrid:
         """Overrides for so many elements a link: all of them, or reduced to `modes` modes."""
         found: dict[str, Any] = {f"links.{k}.beam.elements": elements for k in self.flexible}
         if modes is not None or self._reduced:
-            own = [k for k, link in enumerate(self.scene.links) if link.reduction is not None]
+            own = [self.written[k.name] for k in self.scene.links if k.reduction is not None]
             found["reduction"] = None if modes is None else {"modes": modes}
             found |= {f"links.{k}.reduction": None for k in own}
         return found

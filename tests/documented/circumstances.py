@@ -11,7 +11,7 @@ class Example:
 
     Attributes
     ----------
-    needs : what lies in the folder beforehand (see inputs.py): run, again, log, larger, bench, parts
+    needs : what lies in the folder beforehand (see inputs.py): run, again, log, larger, bench, parts, urdf
     until : what it says when it has done its work and goes on until Ctrl-C; "": it ends by itself
     makes : files that are there afterwards
     nightly : it takes longer than about twenty seconds, so `make nightly` runs it
@@ -33,6 +33,18 @@ NODE = Example(until="kernels ready")
 RUN = ("run",)
 
 RUN_BY_THE_TEST: dict[str, Example] = {
+    # import, new, schema
+    "flexsim import arm.urdf -o arm.yaml --beam forearm=tube:0.05x0.003,aluminium,4": Example(
+        ("urdf",), makes=("arm.yaml",)
+    ),
+    "flexsim new -o arm.yaml": Example(makes=("arm.yaml",)),
+    "flexsim new -o arm.yaml --axes zyy --lengths 0.2,0.5,0.4 --beam tube:0.04x0.003,aluminium,3": Example(
+        makes=("arm.yaml",)
+    ),
+    "flexsim new door -o door.yaml --layers steel:0.001,stone_wool_100:0.06,steel:0.001": Example(
+        makes=("door.yaml",)
+    ),
+    "flexsim schema robot -o robot.schema.json": Example(makes=("robot.schema.json",)),
     # simulate, modes, effects
     "flexsim simulate config/planar_double_pendulum.yaml --duration 2": Example(),
     "flexsim simulate config/delta.yaml --duration 0.5": Example(),
@@ -176,6 +188,7 @@ NOT_RUN = {
     "export ": "sets what the shell hands to the next command, and does nothing by itself",
     "flexsim_node --ros-args --enclave ": "needs SROS 2 and its keys, which come with a native ROS 2",
     "python benchmarks/": "a study of minutes to hours that measures this machine; parts of each have tests",
+    "flexsim new --ask": "asks a person; tests/scripts/test_new.py answers",
     "flexsim view config/": "opens a window and needs a display; tests/scripts/test_view.py has a robot",
     "flexsim view burnt": "opens a window and needs a display; tests/ros/test_door_view.py shows a door",
 }

@@ -53,6 +53,21 @@ except KeyboardInterrupt:
     pass
 """
 
+INERTIAL = (
+    '<inertial><origin xyz="0 0 0.2"/><mass value="2"/>'
+    '<inertia ixx="0.03" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.003"/></inertial>'
+)
+# An arm of two links and a tool, as a URDF has it.
+URDF = f"""<robot name="arm"><link name="ground"/><link name="tool"/>
+<link name="upper_arm">{INERTIAL}</link><link name="forearm">{INERTIAL}</link>
+<joint name="shoulder" type="continuous"><parent link="ground"/><child link="upper_arm"/>
+<axis xyz="0 1 0"/></joint>
+<joint name="elbow" type="continuous"><parent link="upper_arm"/><child link="forearm"/><origin xyz="0 0 0.4"/>
+<axis xyz="0 1 0"/></joint>
+<joint name="flange" type="fixed"><parent link="forearm"/><child link="tool"/><origin xyz="0 0 0.4"/></joint>
+</robot>
+"""
+
 
 def recorded_robot(folder: Path) -> Path:
     """Record half a second of a robot in real time, from its first state on; returns the bag."""
@@ -117,5 +132,7 @@ def prepare(needs: tuple[str, ...], folder: Path, bag: Path | None) -> None:
             (folder / "robot.yaml").write_text(
                 robot.replace("gravity: [0.0, -9.81, 0.0]", "gravity: [0, 0, 0]")
             )
+        elif name == "urdf":
+            (folder / "arm.urdf").write_text(URDF)
         else:
             raise AssertionError(f"nobody knows how to make {name!r}")

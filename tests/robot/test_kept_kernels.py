@@ -14,7 +14,7 @@ FULL = """
 import resource
 from pathlib import Path
 from numba import njit
-import PACKAGE
+import PACKAGE.compiled
 from kernels import twice
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 assert twice(3.0) == 6.0
@@ -23,7 +23,7 @@ for path in Path("__pycache__").glob("*.nbi"):
 """
 TORN = """
 from pathlib import Path
-import PACKAGE
+import PACKAGE.compiled
 from kernels import twice
 assert twice(3.0) == 6.0
 (index,) = Path("__pycache__").glob("*.nbi")
@@ -38,7 +38,7 @@ assert index.read_bytes()
 """
 NOWHERE = """
 import os, tempfile
-import PACKAGE
+import PACKAGE.compiled
 from flexsim_core import kept_kernels as kept
 from numba import config
 source = "def f():\\n    return 1\\n"

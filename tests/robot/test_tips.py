@@ -44,7 +44,7 @@ def test_loops_close_ends():
     ("tip", "said"),
     [
         ("hand", "tip: is 'hand', which does not exist"),
-        ("arm/camera", "links have no points: give arm"),
+        ("arm/camera", "arm has no points: give arm, whose end is meant"),
         (["arm", "arm"], "tip.1: is 'arm' once more"),
         ([], "tip"),
     ],

@@ -48,8 +48,28 @@ def test_links_that_share_a_joint_node() -> None:
     radius = np.full(3, 0.01)
     shared = Skeleton(("a/0", "a/1", "b/1", "b/2"), ((0, 1), (1, 2), (2, 3)), radius, radius)
     assert shared.chains == [[0], [1, 2]]
+    points = Skeleton(("a/eye/0", "a/eye/1", "a/ear/1", "a/1/1"), ((0, 1), (1, 2), (2, 3)), radius, radius)
+    assert points.chains == [[0], [1], [2]]  # a point is a link of its own, LINK/POINT
     assert ARM.chains == [[0, 1], [2, 3]]
     assert ARM.rigid().segments == ((0, 2), (3, 5))
+
+
+def test_rigid_links_are_seen() -> None:
+    """A link without a section is drawn thin; a robot without a link of any length draws nothing."""
+
+    def layout(widths: list[float]) -> Skeleton:
+        names = [f"l{n}/{i}" for n in range(max(len(widths), 1)) for i in (0, 1)]
+        pairs = np.arange(2 * len(widths))
+        columns = {"node_names": [names], "segments": [pairs]}
+        return Skeleton.from_layout(
+            columns | {f"segment_{k}": [np.array(widths)] for k in ("width", "depth")}
+        )
+
+    beams = layout([0.02, 0.0, 0.01]).radius
+    assert 0.0 < beams[1] < beams[2] < beams[0]
+    assert np.all(layout([0.0, 0.0]).radius > 0.0)
+    nothing = Tube(layout([]))
+    assert nothing.centre(np.zeros((2, 2, 3))).shape == (2, 0, 3) and nothing.triangles.shape == (0, 3)
 
 
 def test_strains_of_a_stretched_bent_and_twisted_arm() -> None:

@@ -2,7 +2,7 @@
 
 from .effects import HELD_BY_FRAMES, Effects
 from .fault import Fault
-from .link import Beam, DenavitHartenberg, Joint, Link, Payload, Reduction
+from .link import Beam, DenavitHartenberg, Frame, Joint, Link, Mesh, Payload, Reduction
 from .loop import BASE, ClosingJoint
 from .part import Misplaced
 from .scene import Erls, Scene, Undecided
@@ -18,8 +18,10 @@ __all__ = [
     "Effects",
     "Erls",
     "Fault",
+    "Frame",
     "Joint",
     "Link",
+    "Mesh",
     "Misplaced",
     "Payload",
     "Reduction",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from .part import (
     Angle,
@@ -18,10 +18,12 @@ from .part import (
     NotNegative,
     Number,
     Part,
+    Place,
     Positive,
     Side,
     Vector,
     between,
+    without_defaults,
 )
 
 
@@ -34,8 +36,25 @@ class DenavitHartenberg(Part):
     theta: Angle = 0.0
 
 
+class Frame(Part):
+    """A joint's frame in that of the parent, as URDF has it: place, then Rz(yaw) Ry(pitch) Rx(roll)."""
+
+    xyz: Place = (0.0, 0.0, 0.0)
+    rpy: Annotated[tuple[Angle, ...], Field(min_length=3, max_length=3)] = (0.0, 0.0, 0.0)
+
+
+class Mesh(Part):
+    """A picture of a rigid link, kept by its path for robot_description; not simulated."""
+
+    mesh: Name
+    frame: Frame = Frame()
+    scale: Vector = (1.0, 1.0, 1.0)
+
+
 class Joint(Part):
-    """The joint at a link's start; q adds to theta or to d.
+    """The joint at a link's start; q adds to theta or to d, or turns and slides a link of `frame`.
+
+    axis : direction in the link's frame, of links with `frame`; z where not given
 
     stiffness (N m/rad or N/m) and damping stand between motor and link; rotor_inertia, friction and torque
     act on the motor.  Coulomb friction holds a joint at rest; with a coulomb_speed (rad/s or m/s) it is
@@ -44,6 +63,7 @@ class Joint(Part):
 
     name: str = ""
     type: Literal["fixed", "revolute", "prismatic"] = "revolute"
+    axis: Vector | None = None
     actuated: bool = True
     effort_limit: Positive | None = None
     viscous_friction: NotNegative = 0.0
@@ -54,9 +74,15 @@ class Joint(Part):
     stiffness: Positive | None = None
     damping: NotNegative = 0.0
 
+    @model_serializer(mode="wrap")
+    def _dumped(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_defaults(self, ("axis",), handler(self))
+
     @model_validator(mode="after")
     def _meaningful(self) -> Joint:
         """Refuse what a joint of this type, or without a motor, can't have."""
+        if self.axis is not None and math.hypot(*self.axis) < 1e-9:
+            raise Misplaced(("axis",), "is zero; give a direction, such as [0, 0, 1]")
         if self.type == "fixed":
             for key, field in type(self).model_fields.items():
                 if key not in ("name", "type") and getattr(self, key) != field.default:
@@ -176,11 +202,22 @@ class Reduction(Part):
 
 
 class Link(Part):
-    """One link with the joint at its start; it hangs on the end of `parent`, by default the link before."""
+    """One link with the joint at its start; it hangs on the end of `parent`, by default the link before.
+
+    Its place is given by `dh`, whose frame sits at the link's far end, or by `frame`, at its joint.  A link
+    of `frame` has an `end` (m, in its frame; by default where the first link hangs on it) and `points`, each
+    a rigid massless link of its own once the scene is read.  Its rigid body counts from the frame's origin;
+    payloads and closing joints count from the end.  `attach` names the parent's point where `frame` begins.
+    """
 
     name: Name
     parent: str = ""
+    attach: str = ""
     dh: DenavitHartenberg = DenavitHartenberg()
+    frame: Frame | None = None
+    end: Place | None = None
+    points: dict[Name, Place] = Field(default_factory=dict)
+    visuals: tuple[Mesh, ...] = ()
     joint: Joint = Joint()
     beam: Beam | None = None
     flexible: bool = True
@@ -188,15 +225,41 @@ class Link(Part):
     rigid: Payload | None = None
     payload: Payload = Payload()
 
+    @model_serializer(mode="wrap")
+    def _dumped(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_defaults(self, ("attach", "frame", "end", "points", "visuals"), handler(self))
+
     @property
     def length(self) -> float:
-        """Distance from O_{l-1} to O_l at q = 0, m."""
-        return math.hypot(self.dh.a, self.dh.d)
+        """Distance from the link's start to its end, O_{l-1} to O_l at q = 0, m."""
+        return math.hypot(self.dh.a, self.dh.d) if self.frame is None else math.hypot(*(self.end or (0.0,)))
+
+    @property
+    def bodies(self) -> tuple[tuple[Payload, np.ndarray], ...]:
+        """Rigid bodies with a mass, and their centres of mass (3,) from the link's end, in its frame, m."""
+        root = np.array(self.end or (0.0, 0.0, 0.0)) if self.frame is not None else np.zeros(3)
+        both = ((self.rigid, root), (self.payload, np.zeros(3)))
+        return tuple((b, np.array(b.center_of_mass) - at) for b, at in both if b is not None and b.mass > 0.0)
+
+    def _check_place(self) -> None:
+        if self.frame is not None and self.dh != DenavitHartenberg():
+            raise Misplaced(("frame",), "is given beside dh; give one of the two")
+        if self.frame is None:
+            for key in ("end", "points"):
+                if getattr(self, key):
+                    raise Misplaced((key,), "goes with frame; a link of dh ends where a and d lead")
+            if self.joint.axis is not None:
+                raise Misplaced(("joint", "axis"), "goes with frame; a joint of dh has its z axis")
+        for name in self.points:
+            if name in ("start", "end") or "/" in name:
+                raise Misplaced(("points", name), "can't be so called; give another name, without /")
 
     @model_validator(mode="after")
     def _consistent(self) -> Link:
+        self._check_place()
         if self.beam is not None and self.length < 1e-9:
-            raise ValueError("has a beam but no length; give dh a or d, or replace beam by rigid")
+            missing = "dh a or d" if self.frame is None else "end: [x, y, z]"
+            raise ValueError(f"has a beam but no length; give {missing}, or replace beam by rigid")
         if self.reduction and self.beam is None:
             raise Misplaced(
                 ("reduction",),

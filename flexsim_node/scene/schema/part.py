@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 from flexsim_core.quantities import Misplaced, Part, between, each_once, number_in, unknown
 from pydantic import BeforeValidator, Field
@@ -18,12 +18,14 @@ __all__ = [
     "NotNegative",
     "Number",
     "Part",
+    "Place",
     "Positive",
     "Side",
     "Vector",
     "between",
     "each_once",
     "unknown",
+    "without_defaults",
 ]
 
 Number = Annotated[float, BeforeValidator(number_in("SI units"))]
@@ -35,4 +37,12 @@ Modulus = Annotated[Number, between(1e4, 1e15, "Pa", "steel has 2e11 Pa, not 200
 Positive = Annotated[Number, between(0.0, math.inf, "", open_low=True)]
 NotNegative = Annotated[Number, between(0.0, math.inf, "")]
 Vector = Annotated[tuple[Number, ...], Field(min_length=3, max_length=3)]
+Place = Annotated[tuple[Length, ...], Field(min_length=3, max_length=3)]
 Name = Annotated[str, Field(min_length=1)]
+
+
+def without_defaults(part: Part, keys: tuple[str, ...], dumped: dict[str, Any]) -> dict[str, Any]:
+    """A dumped part without those of its keys that say nothing: what has no use for them keeps its hash."""
+    fields = type(part).model_fields
+    idle = {key for key in keys if getattr(part, key) == fields[key].get_default(call_default_factory=True)}
+    return {key: value for key, value in dumped.items() if key not in idle}

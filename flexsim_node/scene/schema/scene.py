@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from .auto import Auto
 from .effects import HELD_BY_FRAMES, Effects
 from .fault import Fault
+from .frames import at_ends, placed, start_of
 from .link import Joint, Link, Reduction
 from .loop import BASE, ClosingJoint
 from .part import Misplaced, Name, NotNegative, Number, Part, Positive, Vector, between, each_once, unknown
@@ -201,6 +203,9 @@ class Scene(Part):
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
         self._check_names()
+        if not placed(self.links):
+            self._check_attached()
+            return self._placed()
         self._check_initial()
         for n, loop in enumerate(self.loops):
             for i, name in enumerate(loop.links):
@@ -233,6 +238,55 @@ class Scene(Part):
                 self._check_link(("faults", n, "link"), fault.link)
         return self
 
+    def _check_attached(self) -> None:
+        """Refuse points that the parent lacks, and what would hang on a beam but at its end."""
+        points = {f"{link.name}/{point}": link.name for link in self.links for point in link.points}
+        for n, (link, parent) in enumerate(zip(self.links, self.parents, strict=True)):
+            if link.name in points:
+                what = f"is {link.name!r}, as a point of {points[link.name]} is called; give another"
+                raise Misplaced(("links", n, "name"), what)
+            for point, place in link.points.items():
+                self._check_arm(("links", n, "points", point), place, link)
+            if not link.attach and link.frame is None:
+                continue
+            above = self.links[parent] if parent >= 0 else None
+            known = ["end", *above.points] if above is not None and above.frame is not None else []
+            if link.attach and link.attach not in known:
+                right = f"give {' or '.join(known)}" if known else "leave it out"
+                raise Misplaced(
+                    ("links", n, "attach"), f"is {link.attach!r}, no point of the parent; {right}"
+                )
+            if above is not None and above.frame is not None and link.frame is not None:
+                path = ("links", n, "attach" if link.attach else "frame")
+                self._check_arm(path, start_of(link, above), above)
+
+    def _check_arm(self, path: tuple[str | int, ...], place: tuple[float, ...], link: Link) -> None:
+        """Refuse what would ride on a beam's end far from there; place (3,) in the link's frame, m."""
+        if link.beam is not None and math.dist(place, link.end or (0.0, 0.0, 0.0)) > math.hypot(*place):
+            raise Misplaced(
+                path,
+                f"is nearer to the start than to the end of the beam of {link.name}, and what hangs on a beam"
+                " rides on its end; cut the beam in two there",
+            )
+
+    def _placed(self) -> Scene:
+        """The scene with each link at the end of its parent (frames.py)."""
+        several = at_ends(self.links, self.parents)
+        last = self.links[-1].name  # a point that follows it is no link that anybody wrote
+        update = {
+            "links": tuple(link for _, link in several),
+            "sensors": tuple(s if s.link else s.model_copy(update={"link": last}) for s in self.sensors),
+        }
+        try:
+            return Scene.model_validate(self.__dict__ | update)
+        except ValidationError as problem:
+            error = problem.errors()[0]
+            cause = error.get("ctx", {}).get("error")
+            path = (*error["loc"], *(cause.path if isinstance(cause, Misplaced) else ()))
+            if path[:1] == ("links",) and len(path) > 1:  # as the links are counted in the file
+                path = ("links", several[int(path[1])][0], *path[2:])
+            raise Misplaced(path, error["msg"].removeprefix("Value error, ")) from None
+
     def _check_link(self, path: tuple[str | int, ...], name: str, *, base: bool = False) -> None:
         known = [BASE, *self.link_names] if base else self.link_names
         if name not in known:
@@ -245,10 +299,12 @@ class Scene(Part):
         for n, name in enumerate(names):
             path = ("tip", n) if several else ("tip",)
             link, slash, point = name.partition("/")
-            self._check_link(path, link)
-            if slash:
-                raise Misplaced(path, f"names a point {point!r}, but links have no points: give {link}, whose"
-                                      " end is meant")  # fmt: skip
+            if slash and name not in self.link_names and link in self.link_names:
+                points = [k for k in self.link_names if k.startswith(f"{link}/") and k != f"{link}/start"]
+                lacks = "has it not" if points else "has no points"
+                right = " or ".join([*points, f"{link}, whose end is meant"])
+                raise Misplaced(path, f"names a point {point!r}, but {link} {lacks}: give {right}")
+            self._check_link(path, name)
 
     def _check_names(self) -> None:
         names = self.link_names
@@ -322,7 +378,7 @@ class Scene(Part):
                 raise Misplaced(
                     ("erls", "zeroed", n, "node"),
                     f"is {zeroed.node}, inside {zeroed.link}, which is reduced to its ends and modes;"
-                    f" give 0 or {beam.elements}, or links.{k}.reduction: false",
+                    f" give 0 or {beam.elements}, or that link reduction: false",
                 )
 
     def _check_sensors(self) -> None:
