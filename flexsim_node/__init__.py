@@ -2,8 +2,10 @@
 
 from .analysis.decide import resolve_effects
 from .analysis.linearization import LinearModel, linearize
+from .analysis.many_runs import Runs
 from .analysis.modes import Modes, mode_shapes, natural_frequencies
 from .analysis.simulate import simulate
+from .analysis.simulate_many import simulate_many
 from .analysis.statics import StaticEquilibrium, static_equilibrium
 from .compiled import kept_kernels  # noqa: F401  before any kernel is loaded
 from .motion.decision import Decision
@@ -15,6 +17,7 @@ __all__ = [
     "LinearModel",
     "Modes",
     "Run",
+    "Runs",
     "Scene",
     "SceneError",
     "StaticEquilibrium",
@@ -24,5 +27,6 @@ __all__ = [
     "natural_frequencies",
     "resolve_effects",
     "simulate",
+    "simulate_many",
     "static_equilibrium",
 ]

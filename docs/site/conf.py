@@ -26,6 +26,7 @@ CONTENTS = """
 :hidden:
 :caption: The programs
 docs/robot
+docs/many_runs
 docs/node
 docs/door
 docs/door_verdict
