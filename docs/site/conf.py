@@ -27,6 +27,7 @@ CONTENTS = """
 :caption: The programs
 docs/robot
 docs/many_runs
+docs/learning
 docs/node
 docs/door
 docs/door_verdict

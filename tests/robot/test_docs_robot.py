@@ -39,12 +39,13 @@ def test_commands(line, folder):
             assert (folder / words[words.index(flag) + 1]).stat().st_size > 1000
 
 
-def test_many_runs(folder, capsys):
-    """The page's blocks, one after the other, print what it shows."""
-    page = (ROOT / "docs" / "many_runs.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize("name", ["many_runs", "learning"])
+def test_many_runs(name, folder, capsys):
+    """A page's blocks, one after the other, print what it shows."""
+    page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
     shown = re.findall(r"```(\w+)\n(.*?)```", page, flags=re.DOTALL)
     space = {}
     for kind, block in shown:
         if kind == "python":
-            exec(compile(block, "many_runs.md", "exec"), space)
+            exec(compile(block, f"{name}.md", "exec"), space)
     assert [block for kind, block in shown if kind == "text"] == [capsys.readouterr().out]
