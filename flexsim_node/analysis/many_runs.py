@@ -56,7 +56,7 @@ class Runs:
             if name in self.outputs:
                 return self.outputs[name]
             raise AttributeError(f"{name} was not kept; name it in simulate_many(..., outputs=...)")
-        raise AttributeError(f"Runs has no {name}; it has {', '.join(self.outputs)}")
+        raise AttributeError(f"Runs has no {name}")
 
 
 @dataclass(frozen=True)

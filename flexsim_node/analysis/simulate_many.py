@@ -80,6 +80,8 @@ def simulate_many(
         if torque is not None:
             raise ValueError("torque and law are both given; give one of them")
         compiled = law if isinstance(law, CompiledLaw) else CompiledLaw(law)
+        if memory < 0:
+            raise ValueError(f"memory {memory}; give how many numbers the law remembers, 0 or more")
         feedback = Feedback(compiled, rows(given, len(scenes)), memory)
         work = Work(plan, scenes, None, tuple(jumps), tuple(outputs), feedback)
     return work.run(threads or len(os.sched_getaffinity(0)), progress)

@@ -178,7 +178,7 @@ class Marching:
         """Torques that a compiled law, by its address, answers; it gets `given` (g,)."""
         table = np.zeros((1, 3, self.robot.model.joints))
         return self._law(table)._replace(
-            address=law, feeds_back=True, given=np.ascontiguousarray(given), memory=np.zeros(memory)
+            address=law, feeds_back=True, given=np.array(given), memory=np.zeros(memory)
         )
 
     def _law(self, table: np.ndarray) -> Law:
