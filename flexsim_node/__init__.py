@@ -8,6 +8,7 @@ __all__ = [
     "LinearModel",
     "Modes",
     "Run",
+    "Runs",
     "Scene",
     "SceneError",
     "StaticEquilibrium",
@@ -17,14 +18,17 @@ __all__ = [
     "natural_frequencies",
     "resolve_effects",
     "simulate",
+    "simulate_many",
     "static_equilibrium",
 ]
 
 if TYPE_CHECKING:
     from .analysis.decide import resolve_effects
     from .analysis.linearization import LinearModel, linearize
+    from .analysis.many_runs import Runs
     from .analysis.modes import Modes, mode_shapes, natural_frequencies
     from .analysis.simulate import simulate
+    from .analysis.simulate_many import simulate_many
     from .analysis.statics import StaticEquilibrium, static_equilibrium
     from .motion.decision import Decision
     from .motion.run import Run
@@ -34,6 +38,8 @@ else:
     _FILES = {
         "analysis.decide": ("resolve_effects",),
         "analysis.linearization": ("LinearModel", "linearize"),
+        "analysis.many_runs": ("Runs",),
+        "analysis.simulate_many": ("simulate_many",),
         "analysis.modes": ("Modes", "mode_shapes", "natural_frequencies"),
         "analysis.simulate": ("simulate",),
         "analysis.statics": ("StaticEquilibrium", "static_equilibrium"),

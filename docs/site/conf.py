@@ -28,6 +28,8 @@ CONTENTS = """
 docs/robot
 docs/frames
 docs/import
+docs/many_runs
+docs/learning
 docs/node
 docs/door
 docs/door_verdict

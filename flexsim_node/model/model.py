@@ -114,10 +114,16 @@ def build_model(scene: Scene, planar: bool | None = None, driven: tuple[str, ...
         limits=tables.limits,
         driven=driven,
     )
-    condition = erls_condition(chain, tables.zeroed, scene.start("position"))
+    check_zeroed(model, scene.start("position"))
+    return model
+
+
+def check_zeroed(model: Model, position: np.ndarray) -> None:
+    """Raise SceneError where the zeroed dofs don't define the ERLS with the joints at position (m,)."""
+    condition = erls_condition(model.chain, model.zeroed, position)
     if not condition < CONDITION_LIMIT:
         raise SceneError(
-            f"{scene.name}: erls.zeroed: J_0 is singular (condition {condition:.1e}) at the initial position:"
-            " the zeroed dofs don't hold every joint; give root, or for each joint a dof that turns with it"
+            f"{model.scene.name}: erls.zeroed: J_0 is singular (condition {condition:.1e}) at the initial"
+            " position: the zeroed dofs don't hold every joint; give root, or for each joint a dof that"
+            " turns with it"
         )
-    return model

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..compiled.aligned import aligned
 from ..compiled.by_reference import by_reference
+from ..compiled.kernel import entry
 from ..elements.element import stiffening
 from ..equations.constraints.closure import keep_closed, linearise_loops, project
 from ..equations.dynamics.residual import residual, stiffness_times
@@ -51,8 +52,23 @@ class LoadStiffness:
         self.work, self.steady = workspace(chain, **loads), workspace(self.held)
         bends = any(link.flexible and link.beam is not None for link in model.scene.links)
         self.elastic = bends and (model.scene.effects.axial or bool(chain.co_moving))
-        # the same start for every run
-        self.vector = np.sin(1.0 + np.arange(model.unknowns, dtype=float))
+        if self.elastic:
+            self._compile()
+        self.begin()
+
+    def _compile(self) -> None:
+        """Take the kernels as compiled for this robot's types: a look calls each a few times."""
+        zero, torque = np.zeros(self.model.unknowns), np.zeros(self.model.joints)
+        self._place = entry(place, self.held, self.steady, zero)
+        self._set_scale = entry(set_scale, self.held, self.steady, SOFT, 0.0, SOFT)
+        self._factorize = entry(factorize, self.held, self.steady)
+        self._solve = entry(solve, self.held, self.steady, zero, zero)
+        self._residual = entry(residual, self.chain, self.work, zero, zero, zero, torque, zero)
+        self._stiffness_times = entry(stiffness_times, self.chain, self.work, zero, 1.0, zero)
+
+    def begin(self) -> None:
+        """Start anew, from the same vector in every run."""
+        self.vector = np.sin(1.0 + np.arange(self.model.unknowns, dtype=float))
         self.fresh = True
 
     def glances(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> Generator[None, None, float]:
@@ -70,12 +86,12 @@ class LoadStiffness:
         """One step of the iteration, in parts; returns minus Rayleigh's quotient of its vector."""
         chain, n = self.chain, self.model.unknowns
         torque, ahead, behind, stiff = np.zeros(self.model.joints), np.zeros(n), np.zeros(n), np.zeros(n)
-        place(self.held, self.steady, x)
-        set_scale(self.held, self.steady, SOFT, 0.0, SOFT)
-        if factorize(self.held, self.steady) != 0:
+        self._place(self.held, self.steady, x)
+        self._set_scale(self.held, self.steady, SOFT, 0.0, SOFT)
+        if self._factorize(self.held, self.steady) != 0:
             return 0.0
         if self.model.scene.loops:
-            residual(self.held, self.steady, x, np.zeros(n), np.zeros(n), torque, behind)
+            self._residual(self.held, self.steady, x, np.zeros(n), np.zeros(n), torque, behind)
             linearise_loops(self.held.loops, self.held, self.steady, np.zeros(n))
             keep_closed(self.held.loops, self.held, self.steady, behind, 1.0)
         if self.fresh:
@@ -84,12 +100,12 @@ class LoadStiffness:
         yield
         y = self.vector
         size = DIFFERENCE / (np.max(np.abs(y)) or 1.0)
-        residual(chain, self.work, x + size * y, v, a, torque, ahead)
-        residual(chain, self.work, x - size * y, v, a, torque, behind)
+        self._residual(chain, self.work, x + size * y, v, a, torque, ahead)
+        self._residual(chain, self.work, x - size * y, v, a, torque, behind)
         whole = (behind - ahead) / (2.0 * size)
         yield
-        place(chain, self.work, x)
-        stiffness_times(chain, self.work, y, 1.0, stiff)
+        self._place(chain, self.work, x)
+        self._stiffness_times(chain, self.work, y, 1.0, stiff)
         energy, lost = float(y @ stiff), stiff - whole
         quotient = float(y @ lost) / energy if energy > 0.0 else 0.0
         # shifted where the loads stiffen, so that what they soften comes forward
@@ -99,7 +115,7 @@ class LoadStiffness:
     def take(self, load: np.ndarray) -> None:
         """Let the vector be what this load (n,) does to the elastic robot, scaled."""
         answer = np.zeros(self.model.unknowns)
-        solve(self.held, self.steady, load, answer)
+        self._solve(self.held, self.steady, load, answer)
         if self.model.scene.loops:
             project(self.held.loops, self.held, self.steady, answer)
         scale = float(np.max(np.abs(answer)))

@@ -110,7 +110,7 @@ def run(
     robot = Simulation(closed, period / substeps, tuple(prescribed), planar, exact_faults)
     samples = int(np.floor(duration / period + 1e-9)) + 1
     m = robot.model.joints
-    applied = _torque_function(torque, m, period, robot)
+    applied = torque_function(torque, m, period, robot)
     motion = _motion_function(scene, prescribed, robot)
     loads = [(name.removeprefix("base:"), name.startswith("base:"), f) for name, f in (wrench or {}).items()]
 
@@ -144,7 +144,7 @@ def run(
         robot.torque[:] = applied(0.0)
         robot.prepare()
         robot.warm()
-    robot.watch.clear()
+    robot.watch.begin()
     next_look = 0.0
     view = robot.look()
     nodes, links = len(view.position), len(view.ends)
@@ -301,7 +301,7 @@ def _leave_the_plane(wrench: Wrench | None, duration: float, step: float) -> boo
     )
 
 
-def _torque_function(
+def torque_function(
     torque: Torque, m: int, period: float, robot: Simulation
 ) -> Callable[[float], np.ndarray]:
     """Torque (m,) as a function of time, within the effort limits and on actuated joints alone."""

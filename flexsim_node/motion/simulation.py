@@ -14,7 +14,7 @@ from ..equations.dynamics.energy import energy
 from ..integrators import METHODS
 from ..model.chain import Robot, Workspace, workspace
 from ..model.dofs import is_planar
-from ..model.model import Model, build_model
+from ..model.model import Model, build_model, check_zeroed
 from ..scene.load import Scene, SceneError
 from ..scene.variants import opened
 from ..sensors.instruments import Sensors
@@ -182,7 +182,7 @@ class Simulation:
         self.time = 0.0
         self.status = OK
         self.prepare()
-        self.watch.clear()
+        self.watch.begin()
         self.sensors.begin()
         self._check = None
 
@@ -225,6 +225,23 @@ class Simulation:
         elif scene.initial.shape == "static":
             x[:] = rest_shape(model, x[:m])
         self._first = x, v
+
+    def start_at(self, scene: Scene) -> None:
+        """Take the start of a scene that is otherwise this one's; it allocates.
+
+        Raises
+        ------
+        SceneError, ArithmeticError
+            where there is no such state; then nothing has changed
+        """
+        before, self.scene = self.scene, scene
+        try:
+            check_zeroed(self.model, scene.start("position"))
+            self._begin_with(self.model)
+        except BaseException:
+            self.scene = before
+            raise
+        self.reset()
 
     def prepare(self) -> None:
         """Set what the integrator keeps from step to step; needed after any change of x or v from outside."""

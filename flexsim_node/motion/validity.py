@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..compiled.kernel import entry
 from ..elements import planar_beam, spatial_beam
 from ..equations.co_moving import plane, space
 from ..equations.dynamics.residual import residual
@@ -108,8 +109,16 @@ class ValidityWatch:
         self.model, self.seen = model, seen
         self.sampled = np.zeros(4)
         self.pushed = -1  # the link with the largest axial load
-        self._work = workspace(model.chain)
+        self._work = work = workspace(model.chain)
+        zero, torque = np.zeros(model.unknowns), np.zeros(model.joints)
+        self._place = entry(place, model.chain, work, zero)
+        self._residual = entry(residual, model.chain, work, zero, zero, zero, torque, zero)
         self._stiffness = LoadStiffness(model, **loads)
+
+    def begin(self) -> None:
+        """Begin as a new watch does, so that the same run is always judged alike."""
+        self.clear()
+        self._stiffness.begin()
 
     def clear(self) -> None:
         """Forget what was seen."""
@@ -128,11 +137,12 @@ class ValidityWatch:
     def glances(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> Generator[None]:
         """The same in parts, for callers with deadlines; x, v and a must stay as they are."""
         model = self.model
-        loads = axial_loads(model, self._work, x)
+        self._place(model.chain, self._work, x)
+        loads = axial_loads(model, self._work)
         yield
         own = erls_condition(model.chain, model.zeroed, x[: model.joints]) if model.swings else 1.0
         yield
-        inertia = yield from mass_condition(model, self._work, x)
+        inertia = yield from mass_condition(model, self._work, x, self._residual)
         taken = yield from self._stiffness.glances(x, v, a)
         if loads.max() > self.sampled[0]:
             self.pushed = int(np.argmax(loads))
@@ -141,7 +151,8 @@ class ValidityWatch:
     @property
     def beyond(self) -> bool:
         """Whether anything that was looked at is beyond its stop."""
-        return bool(np.any([*self.seen[0], *self.sampled] > self.model.limits[:, 1]))
+        stops = self.model.limits[:, 1]
+        return bool((self.seen[0] > stops[:3]).any() or (self.sampled > stops[3:]).any())
 
     def so_far(self) -> Seen:
         """What was seen, to be put into words later."""
@@ -165,10 +176,9 @@ class ValidityWatch:
         return tuple(f.sentence() for f in self.findings() if f.passed == passed)
 
 
-def axial_loads(model: Model, work, x: np.ndarray) -> np.ndarray:
-    """(L,) largest compression in each link over its buckling load, at the unknowns x (n,)."""
+def axial_loads(model: Model, work) -> np.ndarray:
+    """(L,) largest compression in each link over its buckling load, where `place` has put the nodes."""
     chain = model.chain
-    place(chain, work, x)
     d = work.node[DISPLACEMENT]
     tension = planar_beam.axial_force if model.planar else spatial_beam.axial_force
     rows = plane.element_rows if model.planar else space.element_rows
@@ -190,8 +200,10 @@ def axial_loads(model: Model, work, x: np.ndarray) -> np.ndarray:
     return found
 
 
-def mass_condition(model: Model, work, x: np.ndarray) -> Generator[None, None, float]:
-    """Condition of the joints' inertia (m, m) at the unknowns x (n,), bit by bit.
+def mass_condition(
+    model: Model, work, x: np.ndarray, residual: Callable[..., Any]
+) -> Generator[None, None, float]:
+    """Condition of the joints' inertia (m, m) at the unknowns x (n,), bit by bit; `residual` as compiled.
 
     Where joints turn and slide, angles count as lengths at the robot's reach.
     """
@@ -199,10 +211,14 @@ def mass_condition(model: Model, work, x: np.ndarray) -> Generator[None, None, f
     zero, base, column = np.zeros((3, x.size))
     torque, inertia = np.zeros(m), np.zeros((m, m))
     residual(chain, work, x, zero, zero, torque, base)
-    for k, unit in enumerate(np.eye(x.size)[:m]):
+    unit = np.zeros(x.size)
+    for k in range(m):
+        unit[k] = 1.0
         residual(chain, work, x, zero, unit, torque, column)
+        unit[k] = 0.0
         inertia[k] = base[:m] - column[:m]
         yield
     slides = chain.link[model.joint_links, KIND] == PRISMATIC
     scale = np.where(slides, 1.0, 1.0 / (np.sum(np.abs(chain.joint[:, TIP])) or 1.0))
-    return float(np.linalg.cond(inertia * scale * scale[:, None]))
+    values = np.linalg.svd(inertia * scale * scale[:, None], compute_uv=False)
+    return float(values[0] / values[-1]) if values[-1] > 0.0 else np.inf

@@ -1,4 +1,4 @@
-"""The page on the robot's physics: its Python runs as printed, and its commands work."""
+"""The pages on the robot's physics and on many runs: their Python runs as printed, and commands work."""
 
 import re
 import shlex
@@ -37,3 +37,15 @@ def test_commands(line, folder):
     for flag in ("--save", "--plot"):
         if flag in words:
             assert (folder / words[words.index(flag) + 1]).stat().st_size > 1000
+
+
+@pytest.mark.parametrize("name", ["many_runs", "learning"])
+def test_many_runs(name, folder, capsys):
+    """A page's blocks, one after the other, print what it shows."""
+    page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+    shown = re.findall(r"```(\w+)\n(.*?)```", page, flags=re.DOTALL)
+    space = {}
+    for kind, block in shown:
+        if kind == "python":
+            exec(compile(block, f"{name}.md", "exec"), space)
+    assert [block for kind, block in shown if kind == "text"] == [capsys.readouterr().out]
