@@ -60,8 +60,8 @@ ORDER = 2
 SMOOTHING = GAMMA * GAMMA
 NEWTON_STEPS = 10
 SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no further Newton step
-# Of the energy of a correction, what Rayleigh's alpha may leave: a ten-thousandth of the correction, less than
-# what the forces' curvature leaves.
+# Of the energy of a correction, what Rayleigh's alpha may leave: a ten-thousandth of the correction, and less
+# than what the forces' curvature leaves.
 STAGE_RESIDUAL = 1e-8
 
 
