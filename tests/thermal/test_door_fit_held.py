@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -152,9 +153,8 @@ def test_the_command_says_what_it_holds(tmp_path, two_sizes):
     assert shown.exit_code == 0, shown.output
     assert "held as the scene has it" in shown.stdout and "3 thermocouples" in shown.stdout
     text = report.read_text()
-    assert (
-        "| fitted: rock_wool density | 13" in text
-        and "| held: rock_wool specific heat | 1000 J/(kg K)" in text
-    )
+    assert "| held: rock_wool specific heat | 1000 J/(kg K)" in text
+    found = re.search(r"\| fitted: rock_wool density \| ([0-9.]+)", text)
+    assert found is not None and float(found[1]) == pytest.approx(135.0, rel=0.1)
     shown = CliRunner().invoke(command, [*both, "--prior", "density=120±6", "--prior", "density=130±6"])
     assert shown.exit_code == 2 and "density has a prior already; give each once" in shown.output
