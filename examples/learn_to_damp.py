@@ -33,7 +33,7 @@ print("generation   mean reward of the best")
 for generation in range(GENERATIONS):
     gains = mean + width * rng.standard_normal((CANDIDATES, 2, 4))
     gains[0] = mean
-    score = rewards(gains, seed=100 * generation)
+    score = rewards(gains, seed=1)
     order = np.argsort(score)[::-1]
     best = gains[order[:BEST]]
     mean, width = best.mean(axis=0), best.std(axis=0) + 0.05

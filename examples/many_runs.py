@@ -18,7 +18,7 @@ def servo(time, position, velocity, given, memory, torque):
 
 scene = load_scene(CONFIG / "planar_double_pendulum.yaml", {"gravity": [0.0, 0.0, 0.0]})
 overrides = [{"links.link_2.payload": {"mass": m}} for _ in GAINS for m in MASSES]
-given = [[0.3, gain, 0.5 * np.sqrt(gain)] for gain in GAINS for _ in MASSES]
+given = [[0.3, gain, 1.0] for gain in GAINS for _ in MASSES]
 runs = simulate_many(
     scene, overrides, law=servo, given=np.array(given), duration=2.0, sample_period=0.01, control_period=0.001
 )

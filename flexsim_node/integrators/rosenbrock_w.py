@@ -50,7 +50,7 @@ from ..equations.dynamics.residual import imbalance
 from ..equations.dynamics.watch import valid
 from ..equations.forces.external import load_at
 from ..equations.solve.factorization import factorize, set_scale
-from ..equations.solve.substitution import solve_within
+from ..equations.solve.substitution import RESIDUAL, solve_within
 from ..model.chain import ALPHA, BETA, COORDINATES, KEEP
 
 GAMMA = 1.0 - 1.0 / sqrt(2.0)
@@ -61,7 +61,7 @@ SMOOTHING = GAMMA * GAMMA
 NEWTON_STEPS = 10
 SMALL = 1e-4  # m and rad: a correction of the unknowns this small needs no further Newton step
 # Of the energy of a correction, what Rayleigh's alpha may leave: a ten-thousandth of the correction, and less
-# than what the forces' curvature leaves.
+# than what the forces' curvature leaves. Closing joints would take what is left for theirs.
 STAGE_RESIDUAL = 1e-8
 
 
@@ -93,7 +93,7 @@ def stage(chain, work, x, v, torque, motion, gh, a, fresh, before, lag):
         if (fresh or k > 0) and factorize(chain, work) != 0:
             return SINGULAR
         linearise_loops(chain.loops, chain, work, v)
-        solve_within(chain, work, rhs, da, STAGE_RESIDUAL)
+        solve_within(chain, work, rhs, da, RESIDUAL if len(chain.loops) > 0 else STAGE_RESIDUAL)
         keep_closed(chain.loops, chain, work, da, damped)
         if not rub(chain, work, v, da, gh, damped, before, lag):
             return NOT_CONVERGED

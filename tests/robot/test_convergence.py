@@ -124,3 +124,22 @@ def test_pendulum_period_at_large_amplitude():
     assert run.joint_position[1, 0] == pytest.approx(-np.pi, abs=1e-6)
     assert run.joint_position[2, 0] == pytest.approx(0.0, abs=1e-6)
     assert np.allclose(run.joint_velocity[1:], 0.0, atol=1e-4)
+
+
+@pytest.mark.parametrize("method", ["rosenbrock_w", "generalized_alpha"])
+def test_alpha_over_chords_leaves_a_method_its_order(method):
+    """What conjugate gradients leave of Rayleigh's alpha shows at no step, however short."""
+    made = two_link(
+        damping={"alpha": 2.0, "beta": 1e-3}, erls={"zeroed": "chord"}, initial={"velocity": [3.0, -5.0]}
+    )
+    scene = load_scene(made, {f"links.{k}.beam.youngs_modulus": 2e9 for k in (0, 1)})
+
+    def ends(**solver):
+        own = {f"solver.{key}": value for key, value in solver.items()}
+        run = simulate(load_scene(scene.model_dump(), own), duration=0.06, sample_period=0.03)
+        assert run.status == "ok"
+        return run.link_end
+
+    exact = ends(method="dop853", relative_tolerance=1e-11, absolute_tolerance=1e-12)
+    coarse, fine = (np.max(np.abs(ends(method=method, step=0.06 / n) - exact)) for n in (320, 1280))
+    assert np.log2(coarse / fine) / 2 > 1.9
