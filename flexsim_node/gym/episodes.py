@@ -151,16 +151,18 @@ class Episodes:
         if given.shape != self.scale.shape or not np.all(np.isfinite(given)):
             raise ValueError(f"action {action!r}; give {self.scale.size} finite values from -1 to 1")
         push = self.scale * np.clip(given, -1.0, 1.0)
-        if self.servo is None:
-            torque[self.motors] = push
-            robot.command(torque)
-        for _ in range(self.substeps):
+        for n in range(self.substeps):
             if self.servo is not None:
                 self.goal += push * (self.period / self.substeps)
                 error = self.goal - robot.joint_position()[self.motors]
                 rate = robot.joint_velocity()[self.motors]
                 torque[self.motors] = self.stiffness * error - self.damping * rate
                 robot.command(torque)
+            elif n == 0:
+                torque[self.motors] = push
+                robot.command(torque)
+            if self.count == n == 0:  # the first torque is there from the start
+                robot.prepare()
             if robot.step() != OK:
                 break
         if robot.status == OK and robot.time >= self.looked:
