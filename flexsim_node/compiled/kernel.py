@@ -9,6 +9,7 @@ so their sums round differently, and the same run would differ in its last bits 
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from typing import Any, cast
 
@@ -25,12 +26,20 @@ translate_shared = CPUCodeLibrary._finalize_final_module
 
 
 def optimize_private(library: CPUCodeLibrary) -> None:
-    """Optimise a compiled library once its copies of other functions are its own."""
+    """Optimise a compiled library once its copies of other functions are its own.
+
+    They get names of their own too.  What is private may lose arguments, and LLVM's loader finds functions by
+    name, private ones too: another library's copy of the same function would be taken for it.
+    """
     if getattr(library, "only_copied", False):
         return
-    for function in library._final_module.functions:
-        if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
-            function.linkage = llvm.Linkage.internal
+    defined = [function for function in library._final_module.functions if not function.is_declaration]
+    shared = [function for function in defined if function.linkage == llvm.Linkage.linkonce_odr]
+    own = sorted(f.name for f in defined if f.linkage == llvm.Linkage.external)
+    mark = hashlib.sha256("".join(own).encode()).hexdigest()[:16]
+    for function in shared:
+        function.linkage = llvm.Linkage.internal
+        function.name = f"{function.name}.{mark}"
     optimize_shared(library)
 
 

@@ -167,6 +167,9 @@ RUN_BY_THE_TEST: dict[str, Example] = {
         ("log",), nightly=True
     ),
     "flexsim door fit config/thesis_door.yaml LOG.csv --json": Example(("log",), nightly=True),
+    "flexsim door fit config/thesis_door.yaml LOG.csv --also larger.yaml LARGER_LOG.csv": Example(
+        ("log", "larger"), nightly=True
+    ),
     "flexsim door fit config/thesis_door.yaml LOG.csv --predict larger.yaml --report larger.html": Example(
         ("log", "larger"), makes=("larger.html",), nightly=True
     ),

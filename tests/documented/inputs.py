@@ -102,7 +102,7 @@ def furnace_log(folder: Path) -> None:
     run = simulate(door, 3600.0, 120.0)
     names = ["tc_1", "tc_6", "tc_7", "tc_9", "interior_third", "interior_two_thirds"]
     readings = np.column_stack([run.probes[name] for name in names])
-    for name, seed in {"LOG.csv": 5, "log.csv": 5, "A.csv": 6, "B.csv": 7}.items():
+    for name, seed in {"LOG.csv": 5, "log.csv": 5, "A.csv": 6, "B.csv": 7, "LARGER_LOG.csv": 8}.items():
         noise = np.random.default_rng(seed).normal(0.0, 0.5, readings.shape)
         rows = np.column_stack([run.time, readings + noise])
         np.savetxt(folder / name, rows, delimiter=",", comments="", header=",".join(["time", *names]))

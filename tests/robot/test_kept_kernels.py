@@ -71,3 +71,33 @@ def test_a_bad_disk_costs_a_compilation(tmp_path: Path, script: str, package: st
     assert done.returncode == 0, done.stderr
     if script is NOWHERE:
         assert not Path(done.stdout.strip()).exists()  # it goes with its process
+
+
+def test_copies_within_a_kernel_have_names_of_their_own(monkeypatch):
+    """LLVM's loader takes whatever has a function's name: a copy that lost arguments is not to be found."""
+    from llvmlite.binding import Linkage
+    from numba import njit
+
+    from flexsim_node.compiled import kernel
+
+    optimize, names = kernel.optimize_shared, []
+
+    def watched(library):
+        functions = library._final_module.functions
+        names.extend(f.name for f in functions if f.linkage == Linkage.internal)
+        optimize(library)
+
+    monkeypatch.setattr(kernel, "optimize_shared", watched)
+
+    @njit
+    def added(x, y):
+        return x + y
+
+    @njit
+    def twice(x):
+        return added(x, x)
+
+    assert twice(2.0) == 4.0
+    (called,) = added.overloads.values()
+    assert called.fndesc.mangled_name not in names
+    assert any(name.startswith(f"{called.fndesc.mangled_name}.") for name in names)

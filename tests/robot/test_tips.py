@@ -45,7 +45,7 @@ def test_loops_close_ends():
     [
         ("hand", "tip: is 'hand', which does not exist"),
         ("arm/camera", "arm has no points: give arm, whose end is meant"),
-        (["arm", "arm"], "tip.1: is 'arm' once more"),
+        (["arm", "arm"], "tip.1: is 'arm' like tip.0"),
         ([], "tip"),
     ],
 )
