@@ -14,7 +14,7 @@ from ..motion.decision import Decision
 from ..motion.jumps import Jumps, torque_jumps
 from ..motion.law import CompiledLaw
 from ..motion.marcher import Marching, Tapes
-from ..motion.run import Torque, run
+from ..motion.run import Torque, check_times, run
 from ..motion.samples import JOINTS, PLACES, Samples
 from ..motion.validity import NAMES
 from ..scene.load import Scene, SceneError
@@ -86,14 +86,10 @@ class Plan:
         sample_period: float | None,
         control_period: float | None,
     ) -> None:
-        if not (np.isfinite(duration) and duration >= 0.0):
-            raise ValueError(f"duration {duration!r}; give seconds, zero or more")
         own = scene.solver.step
         self.period = own if sample_period is None else float(sample_period)
         answer = self.period if control_period is None else float(control_period)
-        for name, value in (("sample_period", self.period), ("control_period", answer)):
-            if not (np.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} {value!r}; give seconds, more than zero")
+        check_times(duration, sample_period=self.period, control_period=answer)
         answers = round(self.period / answer)
         if answers < 1 or abs(answers * answer - self.period) > 1e-9 * self.period:
             raise ValueError(

@@ -11,6 +11,7 @@ import numpy as np
 from ..motion.law import CompiledLaw
 from ..motion.run import Torque
 from ..scene.load import Scene, SceneError, load_scene
+from ..scene.variants import starting
 from .many_runs import OUTPUTS, Feedback, Plan, Runs, Work
 
 
@@ -135,12 +136,6 @@ def overridden(k: int, scene: Scene, change: Mapping[str, Any]) -> Scene:
         return load_scene(scene.model_dump(), change)
     except SceneError as problem:
         raise SceneError(f"robot {k}: {problem}") from None
-
-
-def starting(scene: Scene, key: str, values: np.ndarray) -> Scene:
-    """The scene with its joints at these positions, or at these velocities (m,)."""
-    initial = scene.initial.model_copy(update={key: tuple(values.tolist())})
-    return scene.model_copy(update={"initial": initial})
 
 
 def rows(given: np.ndarray | None, count: int) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,13 @@ from gymnasium.vector.utils import batch_space
 
 from ..scene.load import Scene
 from .arm import FlexibleArm
-from .episodes import Draw, Servo
 from .tasks import Task
 
 
 class FlexibleArms(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """`count` robots as of FlexibleArm, each with its own draws; (count, ...) of everything.
+
+    keys : those of FlexibleArm
 
     Robot k of a seed is FlexibleArm of the seed plus k. After an episode's end the next step begins the next
     one, and its reward is 0 (Gymnasium's NEXT_STEP).
@@ -25,29 +26,11 @@ class FlexibleArms(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}  # noqa: RUF012
 
-    def __init__(
-        self,
-        scene: Scene,
-        task: Task,
-        count: int,
-        *,
-        control_period: float = 0.01,
-        duration: float = 2.0,
-        torque: np.ndarray | None = None,
-        servo: Servo | None = None,
-        sensors: Sequence[str] = (),
-        randomize: Mapping[str, Draw] | None = None,
-    ) -> None:
+    def __init__(self, scene: Scene, task: Task, count: int, **keys: Any) -> None:
         if count < 1:
             raise ValueError(f"count {count!r}; give at least one robot")
         self.num_envs, self.render_mode = count, None
-        self.arms = [
-            FlexibleArm(
-                scene, copy.deepcopy(task), control_period=control_period, duration=duration, torque=torque,
-                servo=servo, sensors=sensors, randomize=randomize,
-            )
-            for _ in range(count)
-        ]  # fmt: skip
+        self.arms = [FlexibleArm(scene, copy.deepcopy(task), **keys) for _ in range(count)]
         self.single_observation_space = self.arms[0].observation_space
         self.single_action_space = self.arms[0].action_space
         self.observation_space = batch_space(self.single_observation_space, count)

@@ -13,6 +13,7 @@ from ..equations.dynamics.acceleration import OK
 from ..motion.simulation import Simulation
 from ..motion.validity import LOOK_PERIOD
 from ..scene.load import Scene, load_scene
+from ..scene.variants import starting
 from .tasks import Task
 
 Draw = tuple[float, float] | Sequence[Any] | Callable[[np.random.Generator], Any]
@@ -190,5 +191,4 @@ def kicked(scene: Scene, kick: np.ndarray) -> Scene:
     """The scene with joint rates (m,) on top of its own at the start."""
     if not np.any(kick):
         return scene
-    velocity = tuple((scene.start("velocity") + kick).tolist())
-    return scene.model_copy(update={"initial": scene.initial.model_copy(update={"velocity": velocity})})
+    return starting(scene, "velocity", scene.start("velocity") + kick)

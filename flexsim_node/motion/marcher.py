@@ -30,11 +30,9 @@ from .march import (
     Tape,
     march,
 )
-from .run import Torque, torque_function
+from .run import TORQUE_NOT_FINITE, Torque, torque_function
 from .simulation import Simulation
 from .validity import LOOK_PERIOD
-
-TORQUE_NOT_FINITE = "a torque or a prescribed motion is not finite; look at its function"
 
 
 @dataclass(frozen=True)
@@ -105,9 +103,8 @@ class Marching:
     def __init__(self, scene: Scene, tapes: Tapes, envelope: Envelope | None) -> None:
         self.robot = robot = Simulation(scene, tapes.step)
         self.tapes, self.envelope = tapes, envelope
-        self.kept: tuple[Any, Any, tuple[Tape, Law]] | None = (
-            None  # the last torques, and where they came from
-        )
+        # the last torques, and where they came from
+        self.kept: tuple[Any, Any, tuple[Tape, Law]] | None = None
         m, n = robot.model.joints, robot.model.unknowns
         robot.warm()
         self.marcher = Marcher(

@@ -22,6 +22,8 @@ Torque = Callable[[float], np.ndarray] | np.ndarray | None
 Wrench = Mapping[str, Callable[[float], np.ndarray]]
 Motion = Mapping[str, Callable[[float], tuple[float, float, float]]]
 
+TORQUE_NOT_FINITE = "a torque or a prescribed motion is not finite; look at its function"
+
 
 @dataclass(frozen=True)
 class Run:
@@ -95,11 +97,8 @@ def run(
         where the scene leaves something open and there is no decision
     """
     step = scene.solver.step
-    if not (np.isfinite(duration) and duration >= 0.0):
-        raise ValueError(f"duration {duration!r}; give seconds, zero or more")
     period = step if sample_period is None else float(sample_period)
-    if not (np.isfinite(period) and period > 0.0):
-        raise ValueError(f"sample_period {sample_period!r}; give seconds, more than zero")
+    check_times(duration, sample_period=period)
     prescribed = dict(prescribed or {})
     substeps = max(1, int(np.ceil(period / step - 1e-9)))
     given, jumps = torque, tuple(jumps)
@@ -211,7 +210,7 @@ def run(
                     for row, instant in enumerate(ends):
                         robot.motion[row] = motion(instant)
                 if not (np.all(np.isfinite(robot.torque)) and np.all(np.isfinite(robot.motion))):
-                    trouble = "a torque or a prescribed motion is not finite; look at its function"
+                    trouble = TORQUE_NOT_FINITE
                     break
                 length = None if piece.length == h else piece.length
                 begin = time.perf_counter()
@@ -343,3 +342,12 @@ def _motion_function(scene: Scene, prescribed: Motion, robot: Simulation) -> Cal
         return now
 
     return motion
+
+
+def check_times(duration: float, **periods: float) -> None:
+    """Raise ValueError for a duration or a period, s, that can't be."""
+    if not (np.isfinite(duration) and duration >= 0.0):
+        raise ValueError(f"duration {duration!r}; give seconds, zero or more")
+    for name, value in periods.items():
+        if not (np.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} {value!r}; give seconds, more than zero")

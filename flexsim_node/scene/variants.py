@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from .schema import HELD_BY_FRAMES, Effects, Scene
@@ -12,6 +13,12 @@ from .schema import HELD_BY_FRAMES, Effects, Scene
 def opened(scene: Scene) -> dict[str, Any]:
     """The keys of a scene that `auto` decides."""
     return {key: getattr(scene, key) for key in ("formulation", "erls", "effects")}
+
+
+def starting(scene: Scene, key: str, values: np.ndarray) -> Scene:
+    """The scene with its joints at these positions, or at these velocities (m,), at the start."""
+    initial = scene.initial.model_copy(update={key: tuple(values.tolist())})
+    return scene.model_copy(update={"initial": initial})
 
 
 def effect_names() -> tuple[str, ...]:

@@ -265,7 +265,6 @@ def test_xacro_is_unfolded_or_refused(run, monkeypatch):
 @pytest.mark.parametrize("macro", ["2.0", "${1 / 0}"])
 def test_xacro(run, macro):
     """With the package, arguments and macros count; its errors are one sentence."""
-    pytest.importorskip("xacro")
     text = ARM.replace('value="2"', f'value="{macro}"').replace(
         "<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" '
     )
@@ -278,7 +277,6 @@ def test_xacro(run, macro):
 
 def test_arguments_of_a_xacro(run):
     """They count; one that the file does not have is refused, where xacro would pass over it."""
-    pytest.importorskip("xacro")
     text = ARM.replace('value="2"', 'value="$(arg weight)"', 1).replace(
         '<robot name="r">',
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="weight" default="1"/>',

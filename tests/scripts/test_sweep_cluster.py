@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import distributed
 import pytest
 from flexsim.sweep import cluster
 from flexsim.sweep.campaign import Campaign
@@ -17,8 +18,6 @@ from flexsim.sweep.cluster import Cluster
 from flexsim.sweep.engine import Processes, WorkError
 from flexsim.sweep.table import Table
 from sweep_work import Cheap, points, serial, tasks_at
-
-distributed = pytest.importorskip("distributed", reason="pip install 'flexsim[cluster]'")
 
 
 @dataclass(frozen=True)

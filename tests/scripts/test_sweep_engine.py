@@ -56,7 +56,7 @@ class Stillborn:
     """Work with which no worker begins."""
 
     def __call__(self, task: Any) -> None:
-        raise NotImplementedError
+        raise AssertionError("no worker gets so far")
 
     def __reduce__(self) -> Any:
         return os._exit, (3,)
@@ -71,7 +71,7 @@ class InterruptedAtFirst:
     """Work whose worker gets SIGINT as it begins, as every process of a terminal does."""
 
     def __call__(self, task: Any) -> None:
-        raise NotImplementedError
+        raise AssertionError("no worker gets so far")
 
     def __reduce__(self) -> Any:
         return interrupted, ()
