@@ -135,12 +135,16 @@ def test_one_that_stops_does_not_disturb_the_others():
     for k in range(3):
         same(many, k, simulate(scene, hard[k], duration=0.05, sample_period=0.01))
     assert [s == "ok" for s in many.status] == [True, False, True]
-    worst = simulate(scene, duration=0.3).validity["mass_condition"]
-    limit = {"validity.mass_condition": {"warn": 0.5 * worst, "stop": 0.999 * worst}}
+    free = simulate_many(scene, position=STARTS, duration=0.3)
+    least, most = np.sort(free.validity["mass_condition"])[[0, -1]]
+    assert most > 1.01 * least
+    limit = {"validity.mass_condition": {"warn": 0.5 * least, "stop": 0.5 * (least + most)}}
     own = load_scene(two_link(), limit)
     seen = simulate_many(own, position=STARTS, duration=0.3, outputs=EVERYTHING)
     for k, start in enumerate(STARTS.tolist()):
         same(seen, k, simulate(load_scene(two_link(), {**limit, "initial.position": start}), duration=0.3))
+    stopped = [s != "ok" for s in seen.status]
+    assert any(stopped) and not all(stopped) and all("mass_condition" in s for s in seen.status if s != "ok")
     bad = simulate_many(scene, torque=lambda t: np.array([0.0, np.nan if t > 0.01 else 0.0]), duration=0.05)
     assert "not finite" in bad.status[0]
 
